@@ -1,0 +1,29 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * Statistics of a correlated, stationary-in-the-end series. The only module that knows FFTW, with
+ * analysis/spectrum.c. Errors of memory are RY_BAD_FILE as everywhere. */
+#ifndef RY_ANALYSIS_STATISTICS_H
+#define RY_ANALYSIS_STATISTICS_H
+
+#include <stdint.h>
+
+#include "ryusa/status.h"
+
+typedef struct ry_series_statistics {
+    double mean;
+    double standard_error;       /* of the mean, from the integrated autocorrelation time */
+    double autocorrelation_time; /* integrated, tau_int = 1/2 + sum rho_k, in samples; 0.5 = uncorrelated */
+    int64_t first;               /* samples before this one were cut */
+    int64_t samples;             /* behind the cut */
+    double effective_samples;    /* samples / (2 tau_int) */
+} ry_series_statistics;
+
+/* Mean and standard error of x[0..n-1] without a cut. */
+ry_status ry_series_mean(const double *x, int64_t n, ry_series_statistics *out, ry_error *error);
+
+/* The same behind an equilibration cut that is found: the one which leaves the most effective samples
+ * (Chodera 2016, J. Chem. Theory Comput. 12, 1799), never more than half of the series. */
+ry_status ry_series_equilibrated(const double *x, int64_t n, ry_series_statistics *out, ry_error *error);
+
+#endif

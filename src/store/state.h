@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * ry_state: exactly what a checkpoint holds. Everything else of a simulation is rebuilt from it and
+ * the config (ry_plan). Arrays of grains are structures of arrays in storage order, which may be any
+ * permutation of the ids; files and hashes always use id order. */
+#ifndef RY_STORE_STATE_H
+#define RY_STORE_STATE_H
+
+#include <stdint.h>
+
+#include "ryusa/status.h"
+
+/* Most walls a scene has: the floor, the left and the right one. */
+enum { RY_MAX_WALLS = 3 };
+
+/* The grains. Entries n .. n + RY_MAX_WALLS - 1 of the arrays are the walls: partners at rest with
+ * radius and inverse mass 0, so that a kernel needs no case for them.
+ *
+ * RY_GRAIN_FIELD(type, name, unit, text), the arrays that are state: */
+#define RY_GRAIN_FIELDS(RY_GRAIN_FIELD)                                                            \
+    RY_GRAIN_FIELD(double, x, "m", "centre along the bed, within [0, length) where x is periodic") \
+    RY_GRAIN_FIELD(double, z, "m", "centre above the floor")                                       \
+    RY_GRAIN_FIELD(double, vx, "m/s", "velocity along x")                                          \
+    RY_GRAIN_FIELD(double, vz, "m/s", "velocity along z")                                          \
+    RY_GRAIN_FIELD(double, spin, "rad/s", "angular velocity about y, positive from z towards x")   \
+    RY_GRAIN_FIELD(double, radius, "m", "radius")                                                  \
+    RY_GRAIN_FIELD(double, density, "kg/m^3", "density")                                           \
+    RY_GRAIN_FIELD(int32_t, image, "1", "how often x was wrapped: unwrapped x = x + image * length") \
+    RY_GRAIN_FIELD(int32_t, id, "1", "0 .. n-1, never changes")                                    \
+    RY_GRAIN_FIELD(uint8_t, fixed, "1", "1: nothing moves it")
+
+typedef struct ry_grains {
+    int32_t n; /* grains, fixed ones included */
+#define RY_GRAIN_POINTER(type, name, unit, text) type *name;
+    RY_GRAIN_FIELDS(RY_GRAIN_POINTER)
+#undef RY_GRAIN_POINTER
+} ry_grains;
+
+/* The memory of contacts, sorted by (id_i, id_j), id_i < id_j; a wall w is the partner id n + w.
+ * Only contacts that touch have an entry. This is the form in which it is saved and compared; while
+ * a simulation runs the live values stand in ry_pairs and are collected by ry_pairs_export.
+ * RY_CONTACT_FIELD(type, name, unit, text) */
+#define RY_CONTACT_FIELDS(RY_CONTACT_FIELD)                                                     \
+    RY_CONTACT_FIELD(int32_t, id_i, "1", "lower id")                                            \
+    RY_CONTACT_FIELD(int32_t, id_j, "1", "higher id; n + w for wall w")                         \
+    RY_CONTACT_FIELD(double, slip, "m", "stretch of the tangential spring")                     \
+    RY_CONTACT_FIELD(double, rest, "m", "overlap at which the normal spring is relaxed")        \
+    RY_CONTACT_FIELD(double, age, "1", "steps since the contact closed, counted up to 255")
+
+typedef struct ry_contacts {
+    int64_t n, capacity;
+#define RY_CONTACT_POINTER(type, name, unit, text) type *name;
+    RY_CONTACT_FIELDS(RY_CONTACT_POINTER)
+#undef RY_CONTACT_POINTER
+} ry_contacts;
+
+/* The fluid column: cells of equal height, cell k from z = k dz to (k+1) dz. nz = 0: no column.
+ * RY_COLUMN_FIELD(name, unit, text), each nz doubles: */
+#define RY_COLUMN_FIELDS(RY_COLUMN_FIELD)                                                        \
+    RY_COLUMN_FIELD(u, "m/s", "velocity of the fluid")                                           \
+    RY_COLUMN_FIELD(phi, "1", "solid fraction, running mean")                                    \
+    RY_COLUMN_FIELD(gradient, "Pa/m", "d tau_f / dz as the grains feel it")
+
+typedef struct ry_column {
+    int32_t nz;
+    double dz;        /* [m] */
+    double bed_level; /* height at which phi falls to half of the bed's, last advance [m] */
+#define RY_COLUMN_POINTER(name, unit, text) double *name;
+    RY_COLUMN_FIELDS(RY_COLUMN_POINTER)
+#undef RY_COLUMN_POINTER
+} ry_column;
+
+/* Running totals of the energy ledger since step 0 [J]. RY_LEDGER_ROW(name, text) */
+#define RY_LEDGER_TOTALS(RY_LEDGER_ROW)                                                          \
+    RY_LEDGER_ROW(loss_impact, "lost by restitution at impact")                                  \
+    RY_LEDGER_ROW(loss_dashpot, "lost by normal and tangential dashpots")                        \
+    RY_LEDGER_ROW(loss_friction, "lost by sliding")                                              \
+    RY_LEDGER_ROW(loss_opening, "lost with the tangential spring of a contact that opens")       \
+    RY_LEDGER_ROW(fluid_work, "work of the fluid on the grains")
+
+/* They are kept per grain (of a contact: by the one with the lower id) so that their sum does not
+ * depend on the order of work; an array per row, n long, in storage order; NULL without ledger. */
+typedef struct ry_ledger {
+#define RY_LEDGER_POINTER(name, text) double *name;
+    RY_LEDGER_TOTALS(RY_LEDGER_POINTER)
+#undef RY_LEDGER_POINTER
+    double energy_start; /* kinetic + gravity + elastic energy at step 0 [J] */
+} ry_ledger;
+
+typedef struct ry_state {
+    int64_t step; /* steps done */
+    double time;  /* step * dt [s] */
+    ry_grains grains;
+    ry_contacts contacts;
+    ry_column column;
+    ry_ledger ledger;
+} ry_state;
+
+/* Allocates the arrays of `n` grains, `nz` cells and, if `ledger`, the ledger; all zero, ids 0..n-1. */
+ry_status ry_state_create(ry_state *state, int32_t n, int32_t nz, int ledger, ry_error *error);
+void ry_state_free(ry_state *state);
+
+/* Makes room for `n` contacts. */
+ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error);
+
+/* One number for all bits of the state, in id order. Equal states have equal hashes. */
+uint64_t ry_state_hash(const ry_state *state);
+
+#endif
