@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: MIT
+# SPDX-FileCopyrightText: 2026 the ryusa authors
+#
+# Thin, over CMake. `make demo` and `make check` need nothing but a Debian machine with root or sudo.
+BUILD  ?= build
+PREFIX ?= /usr/local
+JOBS   ?= $(shell nproc)
+PYTHON ?= $(firstword $(wildcard /usr/bin/python3) python3)
+SCENE  ?= params/flume.yaml
+RESULT ?= runs/$(basename $(notdir $(SCENE))).h5
+# More for cmake, such as CMAKE_ARGS="-DRY_NATIVE=ON"
+CMAKE_ARGS ?=
+
+MAKEFLAGS += --no-print-directory
+
+.PHONY: all build setup setup-check demo check install docs format lint clean
+
+all: build
+
+setup:
+	@bash cmake/setup-debian.sh build
+
+setup-check:
+	@bash cmake/setup-debian.sh check
+
+build: setup
+	@cmake -S . -B $(BUILD) $(CMAKE_ARGS) >/dev/null
+	@cmake --build $(BUILD) --parallel $(JOBS) --target ryusa_program ryusa
+
+demo: build
+	@mkdir -p runs
+	$(BUILD)/ryusa run $(SCENE) -o $(RESULT) --force
+	$(PYTHON) -B postprocess/all.py $(RESULT)
+	@echo
+	@echo "Done. The result is $(RESULT) (look inside: $(BUILD)/ryusa info $(RESULT));"
+	@echo "pictures and films are in runs/."
+
+check: setup-check
+	@cmake -S . -B $(BUILD) -DRY_WERROR=ON $(CMAKE_ARGS) >/dev/null
+	@cmake --build $(BUILD) --parallel $(JOBS)
+	ctest --test-dir $(BUILD) --output-on-failure --parallel $(JOBS)
+
+install: build
+	cmake --install $(BUILD) --prefix $(PREFIX)
+
+# Pages that are made from the source; the tests check that they are up to date.
+docs: build
+	$(BUILD)/ryusa show --parameters > docs/parameters.md
+
+SOURCES = $(shell find include src tests -name '*.[ch]')
+format:
+	clang-format-14 -i $(SOURCES)
+
+lint:
+	clang-format-14 --dry-run --Werror $(SOURCES)
+	$(PYTHON) -B tests/test_layers.py
+
+clean:
+	rm -rf $(BUILD)
