@@ -1,0 +1,91 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * ryusa COMMAND ...: finds the command, and sees to it that what was printed arrived. */
+#include <fcntl.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "cli/cli.h"
+
+typedef struct command {
+    const char *name;
+    int (*run)(int argc, char **argv);
+} command;
+
+static const command commands[] = {
+#define RY_COMMAND(name, arguments, text) {#name, ry_cli_##name},
+#include "cli/commands.def"
+#undef RY_COMMAND
+};
+enum { N_COMMANDS = sizeof commands / sizeof commands[0] };
+
+static const char page[] =
+    "Bed-load transport: grains and fluid by the distinct element method.\v"
+    "Commands:\n"
+#define RY_COMMAND(name, arguments, text) "  " #name " " arguments "\n      " text "\n"
+#include "cli/commands.def"
+#undef RY_COMMAND
+    "\n`ryusa COMMAND --help' tells the options of one.\n\n"
+    "Exit status: 0 done; 2 the command line or the scene is wrong; 3 the run became unphysical; "
+    "4 a file can't be read or written; 130 stopped by a signal, everything is saved.";
+
+/* Options before the command are answered there and then; what follows it is the command's. */
+static error_t parse_main(int key, char *text, struct argp_state *state) {
+    switch (key) {
+    case ARGP_KEY_ARG:
+        *(const char **)state->input = text;
+        state->next = state->argc;
+        return 0;
+    case ARGP_KEY_NO_ARGS: return ry_cli_misuse("which command?");
+    default: return ARGP_ERR_UNKNOWN;
+    }
+}
+
+static int run_command(int argc, char **argv) {
+    static const struct argp argp = {NULL, parse_main, "COMMAND ...", page, NULL, NULL, NULL};
+    const char *name = NULL;
+    const int status = ry_cli_parse("ryusa", &argp, ARGP_IN_ORDER, argc, argv, &name);
+    if (status != RY_OK) {
+        return status;
+    }
+    for (int i = 0; i < N_COMMANDS; i++) {
+        if (strcmp(name, commands[i].name) == 0) {
+            return commands[i].run(argc - 1, argv + 1);
+        }
+    }
+    fprintf(stderr, "ryusa: there is no command '%s'; there are:", name);
+    for (int i = 0; i < N_COMMANDS; i++) {
+        fprintf(stderr, "%s %s", i ? "," : "", commands[i].name);
+    }
+    fprintf(stderr, "\nTry `ryusa --help'.\n");
+    return RY_BAD_INPUT;
+}
+
+/* The reader of our output has closed it: no failure of ours. */
+static int is_reader_gone(void) {
+    struct pollfd out = {.fd = STDOUT_FILENO, .events = POLLOUT};
+    return poll(&out, 1, 0) == 1 && (out.revents & POLLERR);
+}
+
+int main(int argc, char **argv) {
+    /* A result file must never take the number of a standard stream that came closed. */
+    for (int fd = open("/dev/null", O_RDWR); fd >= 0; fd = open("/dev/null", O_RDWR)) {
+        if (fd > STDERR_FILENO) {
+            close(fd);
+            break;
+        }
+    }
+    /* A reader of our output that has seen enough must not end a run. */
+    signal(SIGPIPE, SIG_IGN);
+
+    const int status = run_command(argc, argv);
+    if ((fflush(stdout) != 0 || ferror(stdout)) && status == RY_OK && !is_reader_gone()) {
+        fprintf(stderr, "ryusa: the output can't be written\n");
+        return RY_BAD_FILE;
+    }
+    return status;
+}
