@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors */
+#include "base/memory.h"
+
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+void *ry_array(size_t count, size_t size)
+{
+    if (size != 0 && count > (SIZE_MAX - RY_ALIGNMENT) / size) {
+        return NULL;
+    }
+    const size_t bytes = (count * size + RY_ALIGNMENT - 1) / RY_ALIGNMENT * RY_ALIGNMENT;
+    void *array = aligned_alloc(RY_ALIGNMENT, bytes > 0 ? bytes : RY_ALIGNMENT);
+    if (array != NULL) {
+        memset(array, 0, bytes);
+    }
+    return array;
+}
+
+ry_status ry_no_memory(ry_error *error, size_t bytes)
+{
+    return ry_fail(error, RY_BAD_FILE, "out of memory: %zu MiB more were needed", bytes >> 20);
+}
+
+ry_status ry_array_grow(void *array, size_t *capacity, size_t used, size_t wanted, size_t size,
+                        ry_error *error)
+{
+    void **const slot = array;
+    if (wanted <= *capacity) {
+        return RY_OK;
+    }
+    const size_t room = wanted + wanted / 4 + 64;
+    void *const grown = ry_array(room, size);
+    if (grown == NULL) {
+        return ry_no_memory(error, room * size);
+    }
+    if (used > 0) {
+        memcpy(grown, *slot, used * size);
+    }
+    free(*slot);
+    *slot = grown;
+    *capacity = room;
+    return RY_OK;
+}

@@ -1,0 +1,22 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * What the hot loops need from the compiler. Every macro here changes time, never bits. */
+#ifndef RY_BASE_PARALLEL_H
+#define RY_BASE_PARALLEL_H
+
+#define RY_INLINE static inline __attribute__((always_inline))
+
+/* One compilation per vector width, chosen when the program starts. Contraction is off everywhere,
+ * so all give the same bits. */
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && !defined(RY_ONE_TARGET)
+#define RY_CLONES __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
+#else
+#define RY_CLONES
+#endif
+
+/* Sums that must not depend on the number of threads run over blocks of this many ids, then over
+ * the blocks in order. */
+enum { RY_SUM_BLOCK = 1024 };
+
+#endif

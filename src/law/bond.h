@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * From the constants of a scene to the coefficients of one pair, and the tangential law. */
+#ifndef RY_LAW_BOND_H
+#define RY_LAW_BOND_H
+
+#include "law/law.h"
+
+/* A grain in a packing of equal disks has at most six neighbours: the bounds are made for that. */
+#define RY_BOND_NEIGHBOURS 6.0
+
+typedef struct ry_law_coef {
+    double k_dt2;      /* normal stiffness x dt^2 [kg] */
+    double eta_dt;     /* normal dashpot x dt [kg] */
+    double zeta2;      /* > 0: twice the damping ratio, which then replaces eta: c = zeta2 sqrt(a) */
+    double e;          /* restitution of the laws that take it directly */
+    double friction;   /* Coulomb's mu */
+    double ratio_k;    /* k_t/k */
+    double ratio_eta;  /* eta_t/eta */
+    double bounded;    /* RY_BOND_NEIGHBOURS where the law bounds stiffness and dashpot, else 0 */
+    double g_dt2;      /* gravity, less buoyancy, x dt^2 [m] */
+} ry_law_coef;
+
+/* Coefficients of a pair. im = 1/m_i + 1/m_j; tm = im + r_i^2/I_i + r_j^2/I_j is what the contact point
+ * feels of a tangential force (7/2 im for spheres).
+ *
+ * The bounds k/(1 + k dt^2 b/4) and eta/(1 + eta dt b), b = 6 im, keep six contacts of one grain
+ * together below what an explicit step bears.
+ *
+ * Tangential: F = -(stretch s + drag w_t), s' = s + w_t'. Between its ends such a step changes
+ * w_t^2/2 + stretch s^2/2 by a quadratic form that is never positive if
+ * drag^2 - 2 drag + stretch <= 0, so at least 1 - sqrt(1 - stretch) of drag belongs to the scheme; the
+ * dashpot comes on top of it, both together at most 1. */
+RY_INLINE ry_bond ry_bond_make(const ry_law_coef *q, double im, double tm)
+{
+    const double quarter = 0.25 * q->bounded;
+    ry_bond b;
+    const double a = q->k_dt2 * im;
+    const double c = q->zeta2 > 0.0 ? q->zeta2 * sqrt(a) : q->eta_dt * im;
+    const double stretch = q->ratio_k * q->k_dt2 * tm;
+    const double drag = q->ratio_eta * c * (tm / im);
+    b.a = a / (1.0 + quarter * a);
+    b.c = c / (1.0 + q->bounded * c);
+    b.e = q->e;
+    b.stretch = ry_min(stretch / (1.0 + quarter * stretch), 1.0);
+    b.drag = ry_min(1.0 - sqrt(1.0 - b.stretch) + drag / (1.0 + q->bounded * drag), 1.0);
+    b.mass_ratio = tm / im;
+    return b;
+}
+
+typedef struct ry_slide {
+    double f;     /* added to the tangential approach w_t [m] */
+    double slip;  /* stretch of the spring to keep [m] */
+    double loss;  /* energy lost, per m_t/dt^2 [m^2] */
+    double slid;  /* 1: the Coulomb limit was reached, the loss is friction; 0: the loss is dashpot */
+} ry_slide;
+
+/* Spring, dashpot and Coulomb limit along the tangent, which in the plane is one line: a scalar slip,
+ * no projection (Cundall & Strack 1979). f: what the normal law added; w: tangential velocity x dt;
+ * slip: stretch including the run of the last step. Where the contact slides the spring keeps
+ * what the limit can hold, and no more than friction has paid for. */
+RY_INLINE ry_slide ry_tangential(const ry_bond q, double mu, double f, double w, double slip)
+{
+    const double cap = mu * q.mass_ratio * ry_max(-f, 0.0);
+    const double trial = -(q.stretch * slip + q.drag * w);
+    const double bounded = ry_max(ry_min(trial, cap), -cap);
+    const int slides = trial > cap || trial < -cap;
+    const double after = w + bounded;
+    const double hold = cap / q.stretch;
+    const double held = ry_max(ry_min(slip + after, hold), -hold);
+    ry_slide s;
+    s.f = bounded;
+    s.slip = slides ? held - after : slip;
+    const double end = s.slip + after;
+    s.loss = 0.5 * (w * w - after * after) + 0.5 * q.stretch * (slip * slip - end * end);
+    s.slid = slides ? 1.0 : 0.0;
+    return s;
+}
+
+#endif

@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * What every contact law takes and gives. All quantities of a pair are lengths: velocities are
+ * multiplied by dt, forces by dt^2/m_r, so that a step is
+ *
+ *     w' = w + f + g,    d' = d + shift + w'
+ *
+ *   d      overlap, > 0: touching [m]
+ *   w      approach per step, > 0: approaching [m]
+ *   g      what gravity adds to w in a step; only where one partner can't move [m]
+ *   a      k dt^2/m_r [1]           c   eta dt/m_r [1]
+ *   f      what the law adds to w; f < 0 pushes apart [m]
+ *
+ * Energies are per m_r/dt^2: a grain pair holds w^2/2 + a d^2/2. Letters as in Fujioka & Ushijima
+ * (2005), where all lengths are divided by one more that cancels. */
+#ifndef RY_LAW_LAW_H
+#define RY_LAW_LAW_H
+
+#include <math.h>
+
+#include "base/parallel.h"
+
+/* A contact stays an impact for its first steps: a free binary impact is over in three. */
+#define RY_IMPACT_STEPS 4.0
+/* age counts no further than this. */
+#define RY_AGE_MAX 255.0
+
+/* Coefficients of one pair; the same for all pairs of equal grains. */
+typedef struct ry_bond {
+    double a;           /* k dt^2/m_r, bounded if the law asks for it */
+    double c;           /* eta dt/m_r of the normal dashpot, bounded likewise */
+    double e;           /* restitution of a binary impact */
+    double stretch;     /* k_t dt^2/m_t: tangential stiffness, m_t the mass that the contact point feels */
+    double drag;        /* eta_t dt/m_t and what the scheme needs, see ry_bond_tangential */
+    double mass_ratio;  /* m_r/m_t */
+} ry_bond;
+
+/* State of one contact as the law sees it. */
+typedef struct ry_touch {
+    double d, w, g;
+    double rest;   /* overlap at which the spring is relaxed [m] */
+    double age;    /* steps in touch before this one; 0: the contact is new */
+} ry_touch;
+
+typedef struct ry_push {
+    double f;      /* added to w [m] */
+    double shift;  /* added to d at once [m] */
+    double rest;   /* new value of the contact's rest [m] */
+    double impact; /* energy lost by restitution [m^2] */
+    double dashpot; /* energy lost by the dashpot [m^2] */
+} ry_push;
+
+RY_INLINE double ry_max(double p, double q)
+{
+    return p > q ? p : q;
+}
+
+RY_INLINE double ry_min(double p, double q)
+{
+    return p < q ? p : q;
+}
+
+/* Energy that a dashpot takes which adds -c w in a step in which the law adds f and gravity g: force
+ * times mean approach. Exact for a pair alone. */
+RY_INLINE double ry_dashpot_loss(double dashpot, double w, double f, double g)
+{
+    return -dashpot * (w + 0.5 * (f + g));
+}
+
+#endif

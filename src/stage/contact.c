@@ -1,0 +1,403 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * A block of listed pairs is first looked at for touch (geometry only), the touching ones are
+ * collected side by side, and the law's kernel then runs over them without a branch. The kernel is
+ * written once, contact_body, and stamped for each law of laws.def and each set of features. */
+#include "stage/contact.h"
+
+#include <math.h>
+
+#include "law/cundall.h"
+#include "law/energy.h"
+#include "law/fujioka.h"
+#include "law/tanaka.h"
+
+/* ---- the kernel ----------------------------------------------------------------------------- */
+
+typedef ry_push ry_law_fn(const ry_bond q, const ry_touch t);
+
+RY_INLINE ry_bond pick_bond(const ry_contact *c, int alone)
+{
+    ry_bond b;
+    b.a = alone ? c->bond[1].a : c->bond[0].a;
+    b.c = alone ? c->bond[1].c : c->bond[0].c;
+    b.e = c->bond[0].e;
+    b.stretch = alone ? c->bond[1].stretch : c->bond[0].stretch;
+    b.drag = alone ? c->bond[1].drag : c->bond[0].drag;
+    b.mass_ratio = alone ? c->bond[1].mass_ratio : c->bond[0].mass_ratio;
+    return b;
+}
+
+/* Normal n from i to j; tangent t = (n_z, -n_x), along which a positive spin of either grain moves
+ * its side of the contact; the contact point divides the distance like the radii, so that the lever
+ * arms add up to it and angular momentum is kept. */
+RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *near, ry_law_fn *law,
+                            const int moves, const int features)
+{
+    const double dt = c->dt, per_dt = 1.0 / dt;
+    const double *const vx = g->vx, *const vz = g->vz, *const spin = g->spin, *const r = g->radius;
+    const double *const im = c->im, *const tmg = c->tm_grain;
+    const int32_t n = near->n;
+#pragma GCC ivdep
+    for (int32_t k = 0; k < n; k++) {
+        const int32_t i = near->i[k], j = near->j[k];
+        const double distance = near->distance[k];
+        const double inverse = 1.0 / distance;
+        const double nx = near->dx[k] * inverse, nz = near->dz[k] * inverse;
+        const double sum = r[i] + r[j];
+        const double ux = (vx[i] - vx[j]) * dt, uz = (vz[i] - vz[j]) * dt;
+        const double im_i = im[i], im_j = im[j];
+        const int alone = (im_i == 0.0) | (im_j == 0.0);
+        double ims, tms;
+        ry_bond bond;
+        if (features & RY_CONTACT_SIZES) {
+            ims = im_i + im_j;
+            tms = tmg[i] + tmg[j];
+            bond = ry_bond_make(&c->coef, ims, tms);
+        } else {
+            ims = im_i + im_j;
+            tms = alone ? c->tm[1] : c->tm[0];
+            bond = pick_bond(c, alone);
+        }
+        const double per_ims = per_dt / ims;
+        ry_touch t;
+        t.d = sum - distance;
+        t.w = ux * nx + uz * nz;
+        t.g = c->coef.g_dt2 * nz * ((im_i == 0.0 ? 1.0 : 0.0) - (im_j == 0.0 ? 1.0 : 0.0));
+        t.rest = near->rest[k];
+        t.age = near->age[k];
+        const ry_push p = law(bond, t);
+        const double normal = p.f * per_ims;
+        double px = normal * nx, pz = normal * nz;
+        double across = ux * nz - uz * nx;
+        if (features & RY_CONTACT_FRICTION) {
+            const double lever = distance / sum;
+            const double w_t = across + (spin[i] * r[i] + spin[j] * r[j]) * (dt * lever);
+            const double slip = t.age == 0.0 ? 0.0 : near->slip[k] + w_t;
+            const ry_slide s = ry_tangential(bond, c->coef.friction, p.f, w_t, slip);
+            const double per_tms = per_dt / tms;
+            const double along = s.f * per_tms;
+            px += along * nz;
+            pz -= along * nx;
+            across += s.f * (ims / tms);
+            near->pt[k] = along * lever;
+            near->slip[k] = s.slip;
+            if (features & RY_CONTACT_LEDGER) {
+                const double loss = s.loss * per_tms * per_dt;
+                near->friction[k] = s.slid != 0.0 ? loss : 0.0;
+                near->dashpot[k] = s.slid != 0.0 ? 0.0 : loss;
+            }
+        }
+        if (moves) { /* moving the grains apart would change r x v: take that out of v */
+            const double turn = alone ? 0.0 : across * (p.shift / (distance - p.shift)) * per_ims;
+            px += turn * nz;
+            pz -= turn * nx;
+            near->sx[k] = p.shift * nx / ims;
+            near->sz[k] = p.shift * nz / ims;
+        }
+        if (features & RY_CONTACT_LEDGER) {
+            const double unit = per_ims * per_dt;
+            near->impact[k] = p.impact * unit;
+            near->dashpot[k] = (features & RY_CONTACT_FRICTION ? near->dashpot[k] : 0.0) + p.dashpot * unit;
+        }
+        near->px[k] = px;
+        near->pz[k] = pz;
+        near->rest[k] = p.rest;
+        near->age[k] = ry_min(t.age + 1.0, RY_AGE_MAX);
+    }
+}
+
+#define STAMP(name, moves, f)                                                                  \
+    RY_CLONES static void contact_##name##_##f(const ry_contact *c, const ry_grains *g, ry_near *near) \
+    {                                                                                          \
+        contact_body(c, g, near, ry_law_##name, moves, f);                                     \
+    }
+#define RY_LAW(name, law, moves, letter, source)                              \
+    STAMP(name, moves, 0) STAMP(name, moves, 1) STAMP(name, moves, 2)         \
+    STAMP(name, moves, 3) STAMP(name, moves, 4) STAMP(name, moves, 5)         \
+    STAMP(name, moves, 6) STAMP(name, moves, 7)
+#include "law/laws.def"
+#undef RY_LAW
+
+static const struct {
+    const char *name;
+    int moves;
+    ry_contact_fn *kernel[RY_CONTACT_STAMPS];
+} laws[] = {
+#define RY_LAW(name, law, moves, letter, source)                                                 \
+    {#name, moves, {contact_##name##_0, contact_##name##_1, contact_##name##_2, contact_##name##_3, \
+                    contact_##name##_4, contact_##name##_5, contact_##name##_6, contact_##name##_7}},
+#include "law/laws.def"
+#undef RY_LAW
+};
+
+ry_contact_fn *ry_contact_select(int law, int features)
+{
+    return laws[law].kernel[features];
+}
+
+const char *ry_contact_law_name(int law)
+{
+    return laws[law].name;
+}
+
+int ry_contact_law_moves(int law)
+{
+    return laws[law].moves;
+}
+
+/* ---- who touches ---------------------------------------------------------------------------- */
+
+typedef struct ry_gap {
+    double dx, dz, distance; /* from the owner to its partner; signed distance for a wall [m] */
+} ry_gap;
+
+RY_INLINE double nearest_image(double dx, double length, double half)
+{
+    return dx > half ? dx - length : (dx < -half ? dx + length : dx);
+}
+
+RY_INLINE ry_gap wall_gap(const ry_contact *c, ry_wall wall, double x, double z)
+{
+    const double right = c->wall_length - x;
+    ry_gap gap;
+    gap.dx = wall == RY_WALL_FLOOR ? 0.0 : (wall == RY_WALL_LEFT ? -x : right);
+    gap.dz = wall == RY_WALL_FLOOR ? -z : 0.0;
+    gap.distance = wall == RY_WALL_FLOOR ? z : (wall == RY_WALL_LEFT ? x : right);
+    return gap;
+}
+
+static ry_gap pair_gap(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p)
+{
+    const int32_t i = pairs->i[p], j = pairs->j[p];
+    if (j >= g->n) {
+        return wall_gap(c, c->wall[j - g->n], g->x[i], g->z[i]);
+    }
+    ry_gap gap;
+    gap.dx = nearest_image(g->x[j] - g->x[i], c->length, c->half);
+    gap.dz = g->z[j] - g->z[i];
+    gap.distance = sqrt(gap.dx * gap.dx + gap.dz * gap.dz);
+    return gap;
+}
+
+/* Tangential velocity of the contact point of i against that of j. */
+static double slip_velocity(const ry_grains *g, int32_t i, int32_t j, ry_gap gap)
+{
+    const double nx = gap.dx / gap.distance, nz = gap.dz / gap.distance;
+    const double lever = gap.distance / (g->radius[i] + g->radius[j]);
+    return (g->vx[i] - g->vx[j]) * nz - (g->vz[i] - g->vz[j]) * nx +
+           (g->spin[i] * g->radius[i] + g->spin[j] * g->radius[j]) * lever;
+}
+
+static ry_bond bond_of(const ry_contact *c, int32_t i, int32_t j)
+{
+    return ry_bond_make(&c->coef, c->im[i] + c->im[j], c->tm_grain[i] + c->tm_grain[j]);
+}
+
+static double tangential_energy(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs,
+                                int32_t p, ry_gap gap)
+{
+    const int32_t i = pairs->i[p], j = pairs->j[p];
+    const double slip = pairs->slip[p] + slip_velocity(g, i, j, gap) * c->dt;
+    const double tm = c->tm_grain[i] + c->tm_grain[j];
+    return 0.5 * bond_of(c, i, j).stretch * slip * slip / (tm * c->dt * c->dt);
+}
+
+/* A contact has opened: what its tangential spring holds is lost. */
+static void open_contact(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t p)
+{
+    if ((c->features & RY_CONTACT_LEDGER) && (c->features & RY_CONTACT_FRICTION)) {
+        c->loss_opening[pairs->i[p]] += tangential_energy(c, g, pairs, p, pair_gap(c, g, pairs, p));
+    }
+    pairs->px[p] = pairs->pz[p] = pairs->pt[p] = 0.0;
+    pairs->slip[p] = pairs->rest[p] = 0.0;
+    pairs->age[p] = 0;
+    if (c->moves) {
+        pairs->sx[p] = pairs->sz[p] = 0.0;
+    }
+}
+
+/* What a look at a block of listed pairs found. */
+typedef struct ry_look {
+    double dx[RY_CONTACT_BLOCK], dz[RY_CONTACT_BLOCK], distance[RY_CONTACT_BLOCK];
+    uint8_t touches[RY_CONTACT_BLOCK];
+} ry_look;
+
+RY_CLONES static void look_at_pairs(const ry_contact *c, const ry_grains *g, const int32_t *i,
+                                    const int32_t *j, int32_t n, ry_look *look)
+{
+    const double *const x = g->x, *const z = g->z, *const r = g->radius;
+    const double length = c->length, half = c->half;
+#pragma GCC ivdep
+    for (int32_t k = 0; k < n; k++) {
+        const double dx = nearest_image(x[j[k]] - x[i[k]], length, half);
+        const double dz = z[j[k]] - z[i[k]];
+        const double distance = sqrt(dx * dx + dz * dz);
+        look->dx[k] = dx;
+        look->dz[k] = dz;
+        look->distance[k] = distance;
+        look->touches[k] = distance < r[i[k]] + r[j[k]];
+    }
+}
+
+static void look_at_walls(const ry_contact *c, const ry_grains *g, const int32_t *i, const int32_t *j,
+                          int32_t n, ry_look *look)
+{
+    for (int32_t k = 0; k < n; k++) {
+        const ry_gap gap = wall_gap(c, c->wall[j[k] - g->n], g->x[i[k]], g->z[i[k]]);
+        look->dx[k] = gap.dx;
+        look->dz[k] = gap.dz;
+        look->distance[k] = gap.distance;
+        look->touches[k] = gap.distance < g->radius[i[k]];
+    }
+}
+
+static void collect(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t n,
+                    const ry_look *look, ry_near *near)
+{
+    int32_t m = 0;
+    for (int32_t k = 0; k < n; k++) {
+        const int32_t p = first + k;
+        near->pair[m] = p;
+        near->i[m] = pairs->i[p];
+        near->j[m] = pairs->j[p];
+        near->dx[m] = look->dx[k];
+        near->dz[m] = look->dz[k];
+        near->distance[m] = look->distance[k];
+        near->slip[m] = pairs->slip[p];
+        near->rest[m] = pairs->rest[p];
+        near->age[m] = pairs->age[p];
+        m += look->touches[k];
+        if (!look->touches[k] && pairs->age[p] != 0) {
+            open_contact(c, g, pairs, p);
+        }
+    }
+    near->n = m;
+}
+
+/* ---- the stage ------------------------------------------------------------------------------ */
+
+static void store(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
+{
+    for (int32_t k = 0; k < near->n; k++) {
+        const int32_t p = near->pair[k];
+        pairs->px[p] = near->px[k];
+        pairs->pz[p] = near->pz[k];
+        pairs->rest[p] = near->rest[k];
+        pairs->age[p] = (uint8_t)near->age[k];
+    }
+    if (c->features & RY_CONTACT_FRICTION) {
+        for (int32_t k = 0; k < near->n; k++) {
+            pairs->pt[near->pair[k]] = near->pt[k];
+            pairs->slip[near->pair[k]] = near->slip[k];
+        }
+    }
+    if (c->moves) {
+        for (int32_t k = 0; k < near->n; k++) {
+            pairs->sx[near->pair[k]] = near->sx[k];
+            pairs->sz[near->pair[k]] = near->sz[k];
+        }
+    }
+}
+
+/* Chunks end where the pairs of an owner end, so no other thread books for the same grain. */
+static void book(const ry_contact *c, const ry_near *near)
+{
+    for (int32_t k = 0; k < near->n; k++) {
+        c->loss_impact[near->i[k]] += near->impact[k];
+        c->loss_dashpot[near->i[k]] += near->dashpot[k];
+    }
+    if (c->features & RY_CONTACT_FRICTION) {
+        for (int32_t k = 0; k < near->n; k++) {
+            c->loss_friction[near->i[k]] += near->friction[k];
+        }
+    }
+}
+
+static void work_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first,
+                       int32_t n, int walls)
+{
+    ry_look look;
+    ry_near near;
+    (walls ? look_at_walls : look_at_pairs)(c, g, pairs->i + first, pairs->j + first, n, &look);
+    collect(c, g, pairs, first, n, &look, &near);
+    if (near.n == 0) {
+        return;
+    }
+    c->kernel(c, g, &near);
+    store(c, pairs, &near);
+    if (c->features & RY_CONTACT_LEDGER) {
+        book(c, &near);
+    }
+}
+
+static void work_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first,
+                       int32_t end, int walls)
+{
+    for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
+        work_block(c, g, pairs, p, end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK, walls);
+    }
+}
+
+void ry_contact_stage(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
+{
+    const int threads = c->threads;
+#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
+    for (int32_t k = 0; k < pairs->n_chunks; k++) {
+        work_range(c, g, pairs, pairs->chunk[k], pairs->chunk[k + 1], 0);
+    }
+    work_range(c, g, pairs, pairs->n_inner, pairs->n, 1);
+}
+
+/* ---- measuring ------------------------------------------------------------------------------ */
+
+/* Laws whose closing step replaces the overlap hold no energy in a contact before it. */
+static double normal_energy(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p,
+                            ry_gap gap)
+{
+    const int32_t i = pairs->i[p], j = pairs->j[p];
+    const ry_bond q = bond_of(c, i, j);
+    const double stretch = ry_max(g->radius[i] + g->radius[j] - gap.distance - pairs->rest[p], 0.0);
+    return 0.5 * q.a * stretch * stretch / ((c->im[i] + c->im[j]) * c->dt * c->dt);
+}
+
+static void note_overlap(const ry_grains *g, int32_t i, int32_t j, double overlap, ry_contact_sums *sums)
+{
+    const double smaller = j < g->n ? ry_min(g->radius[i], g->radius[j]) : g->radius[i];
+    if (overlap > sums->worst_overlap * smaller) {
+        sums->worst_overlap = overlap / smaller;
+        sums->worst_i = i;
+        sums->worst_j = j;
+    }
+}
+
+/* Sums run over the owners in ascending id, so that they don't depend on the list. */
+ry_contact_sums ry_contact_measure(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs)
+{
+    ry_contact_sums sums = {.worst_i = -1, .worst_j = -1};
+    for (int32_t id = 0; id < g->n; id++) {
+        const int32_t k = pairs->place[id];
+        const int32_t own = pairs->row[k + 1] - pairs->row[k];
+        for (int32_t m = 0; m < own + c->n_walls; m++) {
+            const int32_t p = m < own ? pairs->row[k] + m : pairs->wall_slot[m - own][k];
+            if (p < 0) {
+                continue;
+            }
+            const ry_gap gap = pair_gap(c, g, pairs, p);
+            const double overlap = g->radius[k] + g->radius[pairs->j[p]] - gap.distance;
+            if (overlap <= 0.0 && pairs->age[p] == 0) {
+                continue;
+            }
+            note_overlap(g, k, pairs->j[p], overlap, &sums);
+            sums.touching += pairs->age[p] != 0;
+            if (pairs->age[p] != 0) {
+                sums.elastic_normal += normal_energy(c, g, pairs, p, gap);
+                if (c->features & RY_CONTACT_FRICTION) {
+                    sums.elastic_tangential += tangential_energy(c, g, pairs, p, gap);
+                }
+            }
+        }
+    }
+    return sums;
+}

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * The contact stage: pairs + grains -> impulse, angular impulse, shift and new memory of each pair
+ * that touches. Pairs write their own slot only. */
+#ifndef RY_STAGE_CONTACT_H
+#define RY_STAGE_CONTACT_H
+
+#include "law/bond.h"
+#include "stage/neighbor.h"
+#include "store/pairs.h"
+
+/* Features that change the inner loop; everything else is a stage of its own. */
+enum {
+    RY_CONTACT_FRICTION = 1, /* tangential force */
+    RY_CONTACT_SIZES = 2,    /* grains of different mass: coefficients are made per pair */
+    RY_CONTACT_LEDGER = 4,   /* losses are booked */
+    RY_CONTACT_STAMPS = 8
+};
+
+/* Touching pairs are worked on in blocks of this many, which stay in the first cache. */
+enum { RY_CONTACT_BLOCK = 128 };
+
+typedef struct ry_near {
+    int32_t n;
+    int32_t pair[RY_CONTACT_BLOCK], i[RY_CONTACT_BLOCK], j[RY_CONTACT_BLOCK];
+    double dx[RY_CONTACT_BLOCK], dz[RY_CONTACT_BLOCK], distance[RY_CONTACT_BLOCK]; /* i -> j [m] */
+    double slip[RY_CONTACT_BLOCK], rest[RY_CONTACT_BLOCK], age[RY_CONTACT_BLOCK]; /* in and out */
+    double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK], pt[RY_CONTACT_BLOCK];
+    double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK];
+    double impact[RY_CONTACT_BLOCK], dashpot[RY_CONTACT_BLOCK], friction[RY_CONTACT_BLOCK]; /* [J] */
+} ry_near;
+
+typedef struct ry_contact ry_contact;
+typedef void ry_contact_fn(const ry_contact *contact, const ry_grains *grains, ry_near *near);
+
+struct ry_contact {
+    ry_contact_fn *kernel;
+    ry_law_coef coef;
+    ry_bond bond[2];  /* of equal grains: both free to move; one immovable */
+    double tm[2];     /* their tm, see ry_bond_make [1/kg] */
+    double dt, length, half; /* half = length/2; infinite where x is not periodic */
+    int n_walls;
+    ry_wall wall[RY_MAX_WALLS];
+    double wall_length; /* where the right wall stands [m] */
+    int moves, features, threads;
+    const double *im; /* inverse masses, walls included: 0 [1/kg] */
+    const double *tm_grain; /* im + r^2/I [1/kg] */
+    double *loss_impact, *loss_dashpot, *loss_friction, *loss_opening; /* per grain; with ledger [J] */
+};
+
+/* The kernel of a law (the order of ryusa/config.h) with RY_CONTACT_ features, and its name. */
+ry_contact_fn *ry_contact_select(int law, int features);
+const char *ry_contact_law_name(int law);
+int ry_contact_law_moves(int law);
+
+void ry_contact_stage(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
+
+/* Elastic energy and the largest overlap, for measuring. */
+typedef struct ry_contact_sums {
+    double elastic_normal, elastic_tangential; /* [J] */
+    double worst_overlap; /* of the smaller radius [1] */
+    int32_t worst_i, worst_j; /* storage indices; -1: none */
+    int64_t touching;
+} ry_contact_sums;
+ry_contact_sums ry_contact_measure(const ry_contact *contact, const ry_grains *grains,
+                                   const ry_pairs *pairs);
+
+#endif

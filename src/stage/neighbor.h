@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * Who may touch whom: a cell grid fills a list (ry_pairs) of the pairs nearer than contact plus a
+ * skin (Verlet 1967); it holds until some grain has run half the skin. */
+#ifndef RY_STAGE_NEIGHBOR_H
+#define RY_STAGE_NEIGHBOR_H
+
+#include "store/pairs.h"
+#include "store/state.h"
+
+/* A flat wall: z = 0, x = 0, x = length. The order gives the walls their ids. */
+typedef enum ry_wall { RY_WALL_FLOOR, RY_WALL_LEFT, RY_WALL_RIGHT } ry_wall;
+
+typedef struct ry_neighbor {
+    double length;   /* of the domain [m] */
+    int periodic;
+    int n_walls;
+    ry_wall wall[RY_MAX_WALLS];
+    double skin;     /* [m] */
+    double radius_max; /* [m] */
+    int threads;
+    int64_t rebuilds;
+    double *x0, *z0; /* where the grains were at the last rebuild; x0 wraps with x [m] */
+
+    /* scratch of a rebuild */
+    double cell_x, cell_z, left, bottom; /* sizes and corner of the grid [m] */
+    int32_t columns, rows;
+    size_t n_cells_room;
+    int32_t *cell_start, *cell_of, *member; /* grains by cell */
+    double *member_x, *member_z, *member_r;
+    int32_t *member_id;
+    int32_t *row_length;
+    struct ry_found { int32_t *j; size_t room, n; } *found; /* one per thread */
+    struct ry_old {  /* the memory of the list before */
+        int32_t *row, *j;
+        double *slip, *rest;
+        uint8_t *age;
+        int32_t *wall_slot[RY_MAX_WALLS];
+        size_t room;
+    } old;
+} ry_neighbor;
+
+ry_status ry_neighbor_create(ry_neighbor *neighbor, const ry_grains *grains, int threads, ry_error *error);
+void ry_neighbor_free(ry_neighbor *neighbor);
+
+/* Makes the list anew; the memory of contacts goes along. */
+ry_status ry_neighbor_rebuild(ry_neighbor *neighbor, const ry_grains *grains, ry_pairs *pairs,
+                              ry_error *error);
+
+#endif

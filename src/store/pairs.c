@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors */
+#include "store/pairs.h"
+
+#include <stdlib.h>
+
+#include "base/memory.h"
+
+static ry_status make(void *array, size_t count, size_t size, ry_error *error)
+{
+    void **const slot = array;
+    free(*slot);
+    *slot = ry_array(count, size);
+    return *slot != NULL ? RY_OK : ry_no_memory(error, count * size);
+}
+
+ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, ry_error *error)
+{
+    const size_t n = (size_t)n_grains;
+    *pairs = (ry_pairs){.n_grains = n_grains};
+    RY_TRY(make(&pairs->place, n, sizeof *pairs->place, error));
+    RY_TRY(make(&pairs->row, n + 1, sizeof *pairs->row, error));
+    RY_TRY(make(&pairs->below_start, n + 1, sizeof *pairs->below_start, error));
+    for (int w = 0; w < n_walls; w++) {
+        RY_TRY(make(&pairs->wall_slot[w], n, sizeof **pairs->wall_slot, error));
+    }
+    if (moves) { /* any non-NULL arrays tell ry_pairs_reserve that shifts are wanted */
+        RY_TRY(make(&pairs->sx, 1, sizeof *pairs->sx, error));
+        RY_TRY(make(&pairs->sz, 1, sizeof *pairs->sz, error));
+    }
+    return ry_pairs_reserve(pairs, 1, error);
+}
+
+ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
+{
+    if (n <= pairs->capacity) {
+        return RY_OK;
+    }
+    const size_t room = n + n / 8 + 64;
+    pairs->capacity = 0;
+    RY_TRY(make(&pairs->i, room, sizeof *pairs->i, error));
+    RY_TRY(make(&pairs->j, room, sizeof *pairs->j, error));
+    RY_TRY(make(&pairs->below, room, sizeof *pairs->below, error));
+    RY_TRY(make(&pairs->slip, room, sizeof *pairs->slip, error));
+    RY_TRY(make(&pairs->rest, room, sizeof *pairs->rest, error));
+    RY_TRY(make(&pairs->age, room, sizeof *pairs->age, error));
+    RY_TRY(make(&pairs->px, room, sizeof *pairs->px, error));
+    RY_TRY(make(&pairs->pz, room, sizeof *pairs->pz, error));
+    RY_TRY(make(&pairs->pt, room, sizeof *pairs->pt, error));
+    if (pairs->sx != NULL) {
+        RY_TRY(make(&pairs->sx, room, sizeof *pairs->sx, error));
+        RY_TRY(make(&pairs->sz, room, sizeof *pairs->sz, error));
+    }
+    RY_TRY(make(&pairs->chunk, room / RY_CHUNK + 2 + (size_t)pairs->n_grains / RY_CHUNK,
+                sizeof *pairs->chunk, error));
+    pairs->capacity = room;
+    return RY_OK;
+}
+
+void ry_pairs_free(ry_pairs *pairs)
+{
+    void *const arrays[] = {pairs->place, pairs->i,   pairs->j,     pairs->slip,        pairs->rest,
+                            pairs->age,   pairs->px,  pairs->pz,    pairs->pt,          pairs->sx,
+                            pairs->sz,    pairs->row, pairs->below, pairs->below_start, pairs->chunk};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+        free(arrays[k]);
+    }
+    for (int w = 0; w < RY_MAX_WALLS; w++) {
+        free(pairs->wall_slot[w]);
+    }
+    *pairs = (ry_pairs){0};
+}
+
+static void export_slot(const ry_pairs *pairs, int32_t slot, int32_t id_i, int32_t id_j,
+                        ry_contacts *out)
+{
+    out->id_i[out->n] = id_i;
+    out->id_j[out->n] = id_j;
+    out->slip[out->n] = pairs->slip[slot];
+    out->rest[out->n] = pairs->rest[slot];
+    out->age[out->n] = pairs->age[slot];
+    out->n++;
+}
+
+ry_status ry_pairs_export(const ry_pairs *pairs, ry_state *state, ry_error *error)
+{
+    int64_t touching = 0;
+    for (int32_t p = 0; p < pairs->n; p++) {
+        touching += pairs->age[p] != 0;
+    }
+    RY_TRY(ry_contacts_reserve(&state->contacts, touching, error));
+    state->contacts.n = 0;
+    for (int32_t id = 0; id < pairs->n_grains; id++) {
+        const int32_t k = pairs->place[id];
+        for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
+            if (pairs->age[p] != 0) {
+                export_slot(pairs, p, id, state->grains.id[pairs->j[p]], &state->contacts);
+            }
+        }
+        for (int w = 0; w < RY_MAX_WALLS && pairs->wall_slot[w] != NULL; w++) {
+            const int32_t p = pairs->wall_slot[w][k];
+            if (p >= 0 && pairs->age[p] != 0) {
+                export_slot(pairs, p, id, pairs->n_grains + w, &state->contacts);
+            }
+        }
+    }
+    return RY_OK;
+}
+
+static int32_t find_slot(const ry_pairs *pairs, const int32_t *id, int32_t id_i, int32_t id_j)
+{
+    const int32_t k = pairs->place[id_i];
+    if (id_j >= pairs->n_grains) {
+        return pairs->wall_slot[id_j - pairs->n_grains][k];
+    }
+    for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
+        if (id[pairs->j[p]] == id_j) {
+            return p;
+        }
+    }
+    return -1;
+}
+
+void ry_pairs_import(ry_pairs *pairs, const ry_state *state)
+{
+    const ry_contacts *const from = &state->contacts;
+    for (int64_t c = 0; c < from->n; c++) {
+        const int32_t p = find_slot(pairs, state->grains.id, from->id_i[c], from->id_j[c]);
+        if (p >= 0) { /* a contact that has since parted is not in the list: it is closed anyway */
+            pairs->slip[p] = from->slip[c];
+            pairs->rest[p] = from->rest[c];
+            pairs->age[p] = (uint8_t)from->age[c];
+        }
+    }
+}

@@ -1,0 +1,57 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * The neighbour list: pairs of grains near enough to touch before the next rebuild, and the live
+ * memory of their contacts. Plan, not state: the list may be rebuilt at any moment without changing
+ * a bit, because each pair writes only its own slot, each grain adds its slots in ascending id of the
+ * partner, and a pair that doesn't touch adds exact zeros.
+ *
+ * A pair belongs to the grain with the lower id, its owner; the pairs of an owner are contiguous, in
+ * ascending id of the partner. Pairs with walls follow behind all pairs of grains. */
+#ifndef RY_STORE_PAIRS_H
+#define RY_STORE_PAIRS_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "store/state.h"
+
+typedef struct ry_pairs {
+    int32_t n_grains; /* grains the list was made for */
+    int32_t *place;   /* n_grains: storage index of an id */
+    int32_t n_inner;  /* pairs of two grains */
+    int32_t n;        /* all pairs, walls included */
+    size_t capacity;
+
+    int32_t *i, *j;   /* storage index of the owner and its partner; n_grains + w for wall w */
+    double *slip, *rest; /* as in ry_contacts */
+    uint8_t *age;     /* steps in touch so far, up to 255; 0: did not touch in the last step */
+    double *px, *pz;  /* impulse of the last step on the owner; the partner gets the opposite [N s] */
+    double *pt;       /* angular impulse per radius, the same sign on both [N s] */
+    double *sx, *sz;  /* shift x reduced mass, on the owner; NULL unless the law moves [kg m] */
+
+    int32_t *row;         /* n_grains + 1: pairs row[k] .. row[k+1]-1 belong to owner k */
+    int32_t *below_start; /* n_grains + 1 */
+    int32_t *below;       /* n_inner: the slots in which a grain is the partner, ascending owner id */
+    int32_t *wall_slot[RY_MAX_WALLS]; /* n_grains each: slot of the grain's pair with the wall, or -1 */
+
+    int32_t n_chunks;     /* row-aligned ranges of pairs, the unit of work of a thread */
+    int32_t *chunk;       /* n_chunks + 1 */
+} ry_pairs;
+
+/* About this many pairs make a chunk. */
+enum { RY_CHUNK = 1024 };
+
+ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, ry_error *error);
+void ry_pairs_free(ry_pairs *pairs);
+
+/* Room for n pairs; what is there is lost. */
+ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error);
+
+/* Gives the contacts of the state back to a fresh list. */
+void ry_pairs_import(ry_pairs *pairs, const ry_state *state);
+
+/* Collects the memory of all touching contacts into the state, sorted by (id_i, id_j). */
+ry_status ry_pairs_export(const ry_pairs *pairs, ry_state *state, ry_error *error);
+
+#endif
