@@ -14,7 +14,7 @@ if [ "${1:-build}" = check ]; then
 fi
 
 if ! command -v dpkg-query >/dev/null; then
-    echo "This is not Debian: nothing is installed. Needed are the equivalents of:" $packages >&2
+    echo "This is not Debian: nothing is installed. Needed are the equivalents of: $packages" >&2
     exit 0
 fi
 

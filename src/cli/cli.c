@@ -17,19 +17,16 @@ static error_t parse_common(int key, char *text, struct argp_state *state) {
     (void)text;
     state->name = command_name;
     switch (key) {
-    case ARGP_KEY_INIT:
-        state->child_inputs[0] = state->input;
-        return 0;
+    case ARGP_KEY_INIT: state->child_inputs[0] = state->input; return 0;
     case 'h': argp_state_help(state, stdout, ARGP_HELP_STD_HELP); return 0;
     case 'u': argp_state_help(state, stdout, ARGP_HELP_USAGE | ARGP_HELP_EXIT_OK); return 0;
-    case 'V':
-        printf("ryusa %s\n", ry_version());
-        exit(fflush(stdout) == 0 ? RY_OK : RY_BAD_FILE);
+    case 'V': printf("ryusa %s\n", ry_version()); exit(fflush(stdout) == 0 ? RY_OK : RY_BAD_FILE);
     default: return ARGP_ERR_UNKNOWN;
     }
 }
 
-int ry_cli_parse(const char *name, const struct argp *argp, unsigned flags, int argc, char **argv, void *input) {
+int ry_cli_parse(const char *name, const struct argp *argp, unsigned flags, int argc, char **argv,
+                 void *input) {
     static const struct argp_option options[] = {
         {"help", 'h', NULL, 0, "print this page", -1},
         {"usage", 'u', NULL, OPTION_HIDDEN, NULL, -1},
@@ -61,7 +58,8 @@ int ry_cli_report(const ry_error *error) {
 
 error_t ry_cli_override(const struct argp_state *state, ry_overrides *overrides, const char *text) {
     if (!strchr(text, '=') || text[0] == '=') {
-        return ry_cli_misuse("-s %s: give it as key.path=value, such as -s contact.friction=0.4", text);
+        return ry_cli_misuse("-s %s: give it as key.path=value, such as -s contact.friction=0.4",
+                             text);
     }
     if (!overrides->text) {
         overrides->text = calloc((size_t)state->argc, sizeof *overrides->text);

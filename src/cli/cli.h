@@ -16,7 +16,8 @@
 
 /* Reads the command line of `name` ("ryusa run") into `input`; flags: those of argp_parse. Not RY_OK:
  * reported, just return it. */
-int ry_cli_parse(const char *name, const struct argp *argp, unsigned flags, int argc, char **argv, void *input);
+int ry_cli_parse(const char *name, const struct argp *argp, unsigned flags, int argc, char **argv,
+                 void *input);
 
 /* For the functions of an argp: says what is wrong and where help is. Returns EINVAL. */
 error_t ry_cli_misuse(const char *format, ...) __attribute__((format(printf, 1, 2)));

@@ -16,10 +16,12 @@ static error_t parse(int key, char *text, struct argp_state *state) {
 }
 
 static const struct argp argp = {
-    NULL, parse, "FILE.h5",
-    "Says what a result file holds, in words and numbers. A FILE.h5.part of a run that goes on, or was "
-    "killed, can be read as well.",
-    NULL, NULL, NULL};
+    .parser = parse,
+    .args_doc = "FILE.h5",
+    .doc =
+        "Says what a result file holds, in words and numbers. A FILE.h5.part of a run that goes on, "
+        "or was killed, can be read as well.",
+};
 
 int ry_cli_info(int argc, char **argv) {
     const char *file = NULL;

@@ -46,7 +46,7 @@ static error_t parse_main(int key, char *text, struct argp_state *state) {
 }
 
 static int run_command(int argc, char **argv) {
-    static const struct argp argp = {NULL, parse_main, "COMMAND ...", page, NULL, NULL, NULL};
+    static const struct argp argp = {.parser = parse_main, .args_doc = "COMMAND ...", .doc = page};
     const char *name = NULL;
     const int status = ry_cli_parse("ryusa", &argp, ARGP_IN_ORDER, argc, argv, &name);
     if (status != RY_OK) {

@@ -50,27 +50,30 @@ static void print_row(const ry_parameter *p, const ry_parameter *inert) {
 }
 
 static void print_head(void) {
-    printf("# Parameters of a scene\n\n"
-           "Made by `ryusa show --parameters` (`make docs`); don't edit.\n\n"
-           "A scene file is YAML. A value may carry a unit (`0.5 mm`, `20 us`, `2650 kg/m^3`); a bare number "
-           "is SI. On\nthe command line `-s section.key=value` replaces a value. A default in brackets holds "
-           "for a scene that has\n`particles` but no section `grains`. *follows*: from other parameters, see "
-           "the meaning; `ryusa show SCENE.yaml`\nprints what came out.\n\n"
-           "`title:` at the top is any text.\n");
+    printf(
+        "# Parameters of a scene\n\n"
+        "Made by `ryusa show --parameters` (`make docs`); don't edit.\n\n"
+        "A scene file is YAML. A value may carry a unit (`0.5 mm`, `20 us`, `2650 kg/m^3`); a bare number "
+        "is SI. On\nthe command line `-s section.key=value` replaces a value. A default in brackets holds "
+        "for a scene that has\n`particles` but no section `grains`. *follows*: from other parameters, see "
+        "the meaning; `ryusa show SCENE.yaml`\nprints what came out.\n\n"
+        "`title:` at the top is any text.\n");
 }
 
 static void print_tail(void) {
-    printf("\n## output.fields\n\nA list; all of them unless given. What is not asked for is not computed.\n\n"
-           "| word | meaning |\n|---|---|\n");
+    printf(
+        "\n## output.fields\n\nA list; all of them unless given. What is not asked for is not computed.\n\n"
+        "| word | meaning |\n|---|---|\n");
 #define RY_FIELD(bit, word, text) printf("| `%s` | %s |\n", word, text);
     RY_LIST_field(RY_FIELD)
 #undef RY_FIELD
-    printf("\n## particles\n\nA list of explicit grains, beside or instead of `grains`:\n\n"
-           "    particles:\n"
-           "      - {position: [1 mm, 2 mm], velocity: [0, -0.1 m/s], spin: 0, diameter: 0.5 mm,\n"
-           "         density: 2650 kg/m^3, fixed: false}\n\n"
-           "`position` (x, z) is needed. `velocity` and `spin` (positive from z towards x) are zero, "
-           "`diameter` and\n`density` those of `grains`, `fixed` false unless given.\n");
+    printf(
+        "\n## particles\n\nA list of explicit grains, beside or instead of `grains`:\n\n"
+        "    particles:\n"
+        "      - {position: [1 mm, 2 mm], velocity: [0, -0.1 m/s], spin: 0, diameter: 0.5 mm,\n"
+        "         density: 2650 kg/m^3, fixed: false}\n\n"
+        "`position` (x, z) is needed. `velocity` and `spin` (positive from z towards x) are zero, "
+        "`diameter` and\n`density` those of `grains`, `fixed` false unless given.\n");
 }
 
 void ry_cli_print_parameters(void) {
@@ -78,10 +81,13 @@ void ry_cli_print_parameters(void) {
     ry_parameter p, inert;
     char section[64] = "";
     print_head();
-    for (int i = 0; ry_config_parameter(&with, i, &p) && ry_config_parameter(&without, i, &inert); i++) {
+    for (int i = 0; ry_config_parameter(&with, i, &p) && ry_config_parameter(&without, i, &inert);
+         i++) {
         if (strcmp(section, p.section) != 0) {
             snprintf(section, sizeof section, "%s", p.section);
-            printf("\n## %s\n\n| key | default | unit | allowed | meaning |\n|---|---|---|---|---|\n", section);
+            printf(
+                "\n## %s\n\n| key | default | unit | allowed | meaning |\n|---|---|---|---|---|\n",
+                section);
         }
         print_row(&p, &inert);
     }

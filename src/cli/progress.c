@@ -48,7 +48,8 @@ static void print_clock(char *out, size_t size, double time, double end) {
     if (digits > 7) {
         snprintf(out, size, "t = %.3e / %.3e s", time, end);
     } else {
-        snprintf(out, size, "t = %.*f / %.*f s", digits > 0 ? digits : 0, time, digits > 0 ? digits : 0, end);
+        snprintf(out, size, "t = %.*f / %.*f s", digits > 0 ? digits : 0, time,
+                 digits > 0 ? digits : 0, end);
     }
 }
 
@@ -73,7 +74,8 @@ static void show_on_terminal(const ry_progress *p) {
     enum { BAR = 30 };
     char text[200], bar[BAR + 4] = "";
     struct winsize window = {0};
-    const int columns = ioctl(STDERR_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0 ? window.ws_col : 80;
+    const int columns =
+        ioctl(STDERR_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0 ? window.ws_col : 80;
     print_state(text, sizeof text, p);
     int length = columns - 1 - 5 - 2 - (int)strlen(text) - 3;
     length = length < BAR ? length : BAR;

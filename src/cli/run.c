@@ -31,7 +31,8 @@ static error_t parse_threads(const char *text, int *threads) {
     errno = 0;
     const long n = strtol(text, &end, 10);
     if (end == text || *end || errno || n < 1 || n > MAX_THREADS) {
-        return ry_cli_misuse("-j %s: the number of threads is a whole number, 1 to %d", text, MAX_THREADS);
+        return ry_cli_misuse("-j %s: the number of threads is a whole number, 1 to %d", text,
+                             MAX_THREADS);
     }
     *threads = (int)n;
     return 0;
@@ -39,7 +40,8 @@ static error_t parse_threads(const char *text, int *threads) {
 
 static int is_same_file(const char *a, const char *b) {
     struct stat sa, sb;
-    return stat(a, &sa) == 0 && stat(b, &sb) == 0 && sa.st_dev == sb.st_dev && sa.st_ino == sb.st_ino;
+    return stat(a, &sa) == 0 && stat(b, &sb) == 0 && sa.st_dev == sb.st_dev &&
+           sa.st_ino == sb.st_ino;
 }
 
 /* flumes/steep.yaml -> steep.h5 */
@@ -89,19 +91,25 @@ static error_t parse(int key, char *text, struct argp_state *state) {
 }
 
 static const struct argp_option options[] = {
-    {"output", 'o', "OUT.h5", 0, "result file (the name of the scene with .h5, in the current folder)", 0},
-    {"set", 's', "KEY=VALUE", 0, "replace a value of the scene, such as contact.friction=0.4; may be repeated", 0},
+    {"output", 'o', "OUT.h5", 0,
+     "result file (the name of the scene with .h5, in the current folder)", 0},
+    {"set", 's', "KEY=VALUE", 0,
+     "replace a value of the scene, such as contact.friction=0.4; may be repeated", 0},
     {"threads", 'j', "N", 0, "number of threads (as many as pay); changes no bit of the result", 0},
     {"resume", 'r', NULL, 0, "go on from OUT.h5.part, or from OUT.h5 if time.end has grown", 0},
     {"force", 'f', NULL, 0, "replace an OUT.h5 that is there", 0},
     {"quiet", 'q', NULL, 0, "print nothing but errors", 0},
     {0},
 };
-static const struct argp argp = {options, parse, "SCENE.yaml",
-                                 "Runs a scene to its end. While it goes on the result is OUT.h5.part.\v"
-                                 "Ctrl-C saves and stops; --resume goes on from there, to the same bits as "
-                                 "if it had never stopped.",
-                                 NULL, NULL, NULL};
+static const struct argp argp = {
+    .options = options,
+    .parser = parse,
+    .args_doc = "SCENE.yaml",
+    .doc =
+        "Runs a scene to its end. While it goes on the result is OUT.h5.part.\v"
+        "Ctrl-C saves and stops; --resume goes on from there, to the same bits as if it had never "
+        "stopped.",
+};
 
 /* --- Signals ---------------------------------------------------------------------------------- */
 
@@ -172,15 +180,12 @@ static void print_flux(const ry_config *config, const ry_run_result *r) {
         printf("q*      not known: the run has no samples with the fluid on\n");
         return;
     }
-    printf("q*      %.4g +- %.2g", r->q_star, r->q_star_error);
-    if (config->fluid_model == RY_FLUID_NONE) {
-        printf("\n");
-        return;
-    }
-    printf(" at Shields number %.4g\n", ry_config_derive(config).shields);
-    printf("        q* = q_b/sqrt((s-1) g d^3), q_b = sum of sphere volume x velocity / (length x d)\n"
-           "        +- one standard error, from the autocorrelation of %lld samples after t = %.4g s\n",
-           r->samples, r->equilibration);
+    printf("q*      %.4g +- %.2g at Shields number %.4g\n", r->q_star, r->q_star_error,
+           ry_config_derive(config).shields);
+    printf(
+        "        q* = q_b/sqrt((s-1) g d^3), q_b = sum of sphere volume x velocity / (length x d)\n"
+        "        +- one standard error, from the autocorrelation of %lld samples after t = %.4g s\n",
+        r->samples, r->equilibration);
     if (r->stopped_early) {
         printf("        ended before time.end: known as well as stop.flux_error asks\n");
     }

@@ -18,20 +18,24 @@ static error_t parse(int key, char *text, struct argp_state *state) {
     case 's': return ry_cli_override(state, &a->overrides, text);
     case 'P': a->parameters = 1; return 0;
     case ARGP_KEY_ARG: return ry_cli_single(&a->scene, text);
-    case ARGP_KEY_END:
-        return a->scene || a->parameters ? 0 : ry_cli_misuse("which scene file?");
+    case ARGP_KEY_END: return a->scene || a->parameters ? 0 : ry_cli_misuse("which scene file?");
     default: return ARGP_ERR_UNKNOWN;
     }
 }
 
 static const struct argp_option options[] = {
-    {"set", 's', "KEY=VALUE", 0, "replace a value of the scene, such as contact.friction=0.4; may be repeated", 0},
-    {"parameters", 'P', NULL, 0, "instead of a scene: every key that a scene may have, in Markdown", 0},
+    {"set", 's', "KEY=VALUE", 0,
+     "replace a value of the scene, such as contact.friction=0.4; may be repeated", 0},
+    {"parameters", 'P', NULL, 0, "instead of a scene: every key that a scene may have, in Markdown",
+     0},
     {0},
 };
-static const struct argp argp = {options, parse, "SCENE.yaml",
-                                 "Shows the resolved parameters of a scene and what follows from them.",
-                                 NULL, NULL, NULL};
+static const struct argp argp = {
+    .options = options,
+    .parser = parse,
+    .args_doc = "SCENE.yaml",
+    .doc = "Shows the resolved parameters of a scene and what follows from them.",
+};
 
 static int show(const arguments *a) {
     ry_error error = {0};

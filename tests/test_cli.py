@@ -1,0 +1,161 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+# SPDX-FileCopyrightText: 2026 the ryusa authors
+"""The program from outside: exit codes, what goes where, progress, signals, stop and resume."""
+import os
+import pty
+import re
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+PROGRAM = os.environ["RYUSA"]
+SCENE = """\
+title: a few grains
+time: {step: 20 us, end: 20 ms, settle: 2 ms}
+grains: {columns: 8, layers: 4, seed: 3}
+fluid: {shields: 0.5}
+output: {interval: 2 ms}
+"""
+
+
+class Cli(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = Path(self.temporary.name)
+        (self.folder / "scene.yaml").write_text(SCENE)
+
+    def run_program(self, *words, **more):
+        return subprocess.run([PROGRAM, *words], cwd=self.folder, text=True, timeout=120,
+                              stdout=more.pop("stdout", subprocess.PIPE), stderr=subprocess.PIPE, **more)
+
+    def refuses(self, status, *words, says=()):
+        r = self.run_program(*words)
+        self.assertEqual(r.returncode, status, (words, r.stderr))
+        self.assertEqual(r.stdout, "", words)
+        self.assertTrue(r.stderr.startswith("ryusa: "), r.stderr)
+        for text in says:
+            self.assertIn(text, r.stderr)
+
+    def hash_of(self, r):
+        self.assertEqual(r.returncode, 0, r.stderr)
+        return re.search(r"^state hash (0x[0-9a-f]{16})$", r.stdout, re.M).group(1)
+
+    def test_help_and_version(self):
+        self.assertRegex(self.run_program("--version").stdout, r"^ryusa \d+\.\d+\.\d+\n$")
+        self.assertIn("Commands:", self.run_program("--help").stdout)
+        for command in ("run", "show", "info"):
+            for word in ("--help", "-h"):
+                r = self.run_program(command, word)
+                self.assertEqual((r.returncode, r.stderr), (0, ""))
+                self.assertTrue(r.stdout.startswith(f"Usage: ryusa {command} "), r.stdout)
+
+    def test_bad_command_lines(self):
+        self.refuses(2)
+        self.refuses(2, "fly", says=["fly", "run", "show", "info"])
+        self.refuses(2, "--fly", says=["--fly"])
+        self.refuses(2, "run", says=["scene"])
+        self.refuses(2, "run", "scene.yaml", "other.yaml", says=["scene.yaml", "other.yaml"])
+        self.refuses(2, "run", "scene.yaml", "--fast", says=["--fast"])
+        for threads in ("0", "-3", "1025", "two", "2x", ""):
+            self.refuses(2, "run", "scene.yaml", "-j", threads, says=["1 to 1024"])
+        self.refuses(2, "run", "scene.yaml", "-s", "contact.friction", says=["key.path=value"])
+        self.refuses(2, "run", "scene.yaml", "-o", "scene.yaml", "--force", says=["scene"])
+        self.refuses(2, "info", says=["file"])
+        self.assertEqual((self.folder / "scene.yaml").read_text(), SCENE)
+
+    def test_bad_scenes(self):
+        self.refuses(2, "run", "scene.yaml", "-s", "contact.frictoin=0.4", says=["friction"])
+        self.refuses(2, "show", "scene.yaml", "-s", "contact.friction=-1", says=["friction"])
+        self.refuses(4, "run", "nowhere.yaml", says=["nowhere.yaml"])
+        self.refuses(4, "info", "nowhere.h5", says=["nowhere.h5"])
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["scene.yaml"])
+
+    def test_run(self):
+        r = self.run_program("run", "scene.yaml")
+        first = self.hash_of(r)
+        self.assertTrue((self.folder / "scene.h5").is_file())
+        self.assertFalse((self.folder / "scene.h5.part").exists())
+        self.assertIn("q*", r.stdout)
+        self.assertRegex(r.stderr, r"(?m)^100 %  t = .* s")
+        self.assertNotIn("\r", r.stderr)
+        self.refuses(4, "run", "scene.yaml", says=["scene.h5", "--force"])
+        r = self.run_program("run", "-o", "scene.h5", "-j", "2", "scene.yaml", "--force")
+        self.assertEqual(self.hash_of(r), first)
+        other = self.hash_of(self.run_program("run", "scene.yaml", "-s", "grains.seed=4", "-o", "other.h5"))
+        self.assertNotEqual(other, first)
+        r = self.run_program("info", "scene.h5")
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        self.assertIn("q", r.stdout)
+
+    def test_quiet(self):
+        r = self.run_program("run", "scene.yaml", "--quiet")
+        self.assertEqual((r.returncode, r.stdout, r.stderr), (0, "", ""))
+
+    def test_show(self):
+        r = self.run_program("show", "scene.yaml", "-s", "contact.friction=0.4321")
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        self.assertIn("0.4321", r.stdout)
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["scene.yaml"])
+
+    def test_reader_that_leaves(self):
+        r = subprocess.run(f"'{PROGRAM}' show scene.yaml | true; exit ${{PIPESTATUS[0]}}", cwd=self.folder,
+                           shell=True, executable="/bin/bash", stderr=subprocess.PIPE)
+        self.assertEqual((r.returncode, r.stderr), (0, b""))
+        r = subprocess.run(f"exec '{PROGRAM}' run scene.yaml >&- 2>&-", cwd=self.folder, shell=True)
+        self.assertEqual(r.returncode, 0)
+        r = self.run_program("info", "scene.h5")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        if Path("/dev/full").exists():
+            with open("/dev/full", "w") as full:
+                self.assertEqual(self.run_program("show", "scene.yaml", stdout=full).returncode, 4)
+
+    def stop_and_go_on(self, number):
+        long = ("scene.yaml", "-s", "time.end=400 s", "-o", f"stopped{number}.h5")
+        p = subprocess.Popen([PROGRAM, "run", *long], cwd=self.folder, text=True, stdout=subprocess.PIPE,
+                             stderr=subprocess.PIPE)
+        time.sleep(1.0)
+        p.send_signal(number)
+        out, err = p.communicate(timeout=30)
+        self.assertEqual((p.returncode, out), (130, ""), err)
+        self.assertRegex(err, r"ryusa: stopped at t = .* s, saved; go on with: ryusa run .* --resume\n$")
+        return float(re.search(r"stopped at t = (\S+) s", err).group(1)), f"stopped{number}.h5"
+
+    def test_stop_and_resume(self):
+        for number in (signal.SIGINT, signal.SIGTERM):
+            time_stopped, name = self.stop_and_go_on(number)
+            end = f"time.end={time_stopped + 0.01:.5f} s"
+            resumed = self.run_program("run", "scene.yaml", "-s", end, "-o", name, "--resume")
+            straight = self.run_program("run", "scene.yaml", "-s", end, "-o", "straight.h5", "--force")
+            self.assertEqual(self.hash_of(resumed), self.hash_of(straight))
+
+    def test_terminal(self):
+        pid, terminal = pty.fork()
+        if pid == 0:
+            os.chdir(self.folder)
+            os.environ["TERM"] = "xterm"
+            os.execv(PROGRAM, ["ryusa", "run", "scene.yaml", "-s", "time.end=400 s"])
+        text, pressed, start = b"", False, time.monotonic()
+        while True:
+            try:
+                piece = os.read(terminal, 4096)
+            except OSError:
+                break
+            if not piece:
+                break
+            text += piece
+            if not pressed and time.monotonic() - start > 1.5:
+                os.write(terminal, b"\x03")
+                pressed = True
+        _, status = os.waitpid(pid, 0)
+        self.assertEqual(os.waitstatus_to_exitcode(status), 130, text)
+        self.assertRegex(text, rb"\r\x1b\[K *\d+ % .*t = .* s .*steps/s .* left")
+        self.assertEqual(text.count(b"\n"), 1, text)
+
+
+if __name__ == "__main__":
+    unittest.main()
