@@ -1,0 +1,161 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * Time steps beyond what a law bears are refused before the run, with the limit. For the lightest pair
+ * of grains let a = k dt^2 (1/m1 + 1/m2) and c = eta dt (1/m1 + 1/m2). The explicit spring-dashpot step
+ *
+ *     v' = v - a x - c v,   x' = x + v'        is stable for   a + 2c < 4.
+ *
+ * In a bed the fastest mode is that of the triangular lattice, omega^2 = 6 k/m = 3 k (2/m): 3a + 6c < 4.
+ * The authors' laws and `energy` bound themselves; their step only must resolve a contact at all. */
+#include "config/resolve.h"
+
+static const double pi = 3.14159265358979323846;
+
+static int is_cundall(const ry_config *config)
+{
+    return config->contact_law == RY_LAW_CUNDALL || config->contact_law == RY_LAW_CUNDALL_TENSION;
+}
+
+static const char *law_name(const ry_config *config)
+{
+    ry_parameter p;
+    (void)ry_config_parameter(config, RY_KEY_contact_law, &p);
+    return p.word;
+}
+
+/* The damping ratio that law cundall makes of contact.restitution. */
+static double impact_damping(const ry_config *config)
+{
+    const double e = config->contact_restitution;
+    if (config->contact_law == RY_LAW_CUNDALL && config->contact_mapping == RY_MAPPING_EXACT) {
+        return ry_damping_from_restitution(e);
+    }
+    const double loss = -log(e);
+    return e > 0.0 ? loss / sqrt(pi * pi + loss * loss) : 1.0;
+}
+
+/* Refuses with the alpha_m or the step that makes dt/T smaller by `factor`. */
+static ry_status refuse(const ry_check *check, const char *rule, double value, double limit,
+                        double factor)
+{
+    const ry_config *config = check->config;
+    const char *law = law_name(config);
+    if (isnan(config->contact_stiffness)) {
+        return ry_check_fail(check, RY_KEY_contact_alpha_m,
+                             "too few steps for a contact of law %s: %s = %.4g, the limit is %g; "
+                             "allowed is contact.alpha_m of at least %.4g%s",
+                             law, rule, value, limit, config->contact_alpha_m / factor * 1.0001,
+                             check->dashpot_rules && is_cundall(config)
+                                 ? ", or less damping (contact.alpha_cn)" : "");
+    }
+    return ry_check_fail(check, RY_KEY_time_step,
+                         "too long for law %s: %s = %.4g, the limit is %g; allowed is time.step of "
+                         "at most %.4g s, or a smaller contact.stiffness",
+                         law, rule, value, limit, config->time_step * factor * 0.9999);
+}
+
+static ry_status check_cundall(const ry_check *check, double a, double inverse)
+{
+    const ry_config *config = check->config;
+    const double many = check->is_bed ? 3.0 : 1.0;
+    const double c = check->dashpot_rules ? check->derived.damping * config->time_step * inverse
+                                          : 2.0 * impact_damping(config) * sqrt(a);
+    const double value = many * (a + 2.0 * c);
+    if (!isfinite(c)) {
+        return ry_check_fail(check, RY_KEY_contact_restitution, "0 needs an infinite dashpot in law "
+                             "cundall with contact.mapping: exact; give more than 0");
+    }
+    if (value < 4.0) {
+        return RY_OK;
+    }
+    /* a grows with dt^2 and c with dt: the factor on dt at which the sum is 4. */
+    const double factor = 4.0 / (many * (c + sqrt(c * c + 4.0 * a / many)));
+    return refuse(check, check->is_bed ? "3a + 6c" : "a + 2c", value, 4.0, factor);
+}
+
+/* Impacts of fujioka-1 at s = 1 need e^2 >= a/(1 + a), or there is no next step with the energy wanted. */
+static ry_status check_fujioka1(const ry_check *check, double a)
+{
+    const double e = check->config->contact_restitution, least = sqrt(a / (1.0 + a));
+    if (e >= least) {
+        return RY_OK;
+    }
+    return ry_check_fail(check, RY_KEY_contact_restitution, "%.4g is beyond law fujioka-1 with this "
+                         "step, which can't keep the energy of an impact; allowed is at least %.4g "
+                         "= sqrt(a/(1 + a)), or a larger contact.alpha_m", e, least);
+}
+
+static ry_status check_law(const ry_check *check)
+{
+    const ry_config *config = check->config;
+    const double inverse = check->inverse[0] + check->inverse[1];
+    const double dt = config->time_step, a = check->derived.stiffness * dt * dt * inverse;
+    if (is_cundall(config)) {
+        return check_cundall(check, a, inverse);
+    }
+    const int tanaka = config->contact_law == RY_LAW_TANAKA;
+    const double limit = tanaka ? 1.0 : 10.0;
+    if (a > limit && (!tanaka || check->is_bed)) {
+        return refuse(check, "a = k dt^2 (1/m1 + 1/m2)", a, limit, sqrt(limit / a));
+    }
+    return config->contact_law == RY_LAW_FUJIOKA1 ? check_fujioka1(check, a) : RY_OK;
+}
+
+/* The lowest grains carry the bed; law `energy` softens k to k/(1 + 1.5 a) on lasting contacts. */
+static ry_status check_load(const ry_check *check)
+{
+    const ry_config *config = check->config;
+    if (!config->has_grains) {
+        return RY_OK;
+    }
+    const double k = check->derived.stiffness, dt = config->time_step;
+    const double weight = config->grains_layers * check->derived.mass * check->derived.buoyant_gravity;
+    const double soft = config->contact_law == RY_LAW_ENERGY
+                            ? 1.5 * dt * dt * (check->inverse[0] + check->inverse[1]) : 0.0;
+    const double overlap = weight * (1.0 / k + soft), limit = 0.3 * check->derived.d;
+    if (!(overlap > limit)) {
+        return RY_OK;
+    }
+    const double part = 1.0 - (overlap - limit) * k / weight; /* allowed over present 1/k */
+    if (part <= 0.0 || isnan(config->contact_stiffness)) {
+        return ry_check_fail(check, RY_KEY_time_step, "the bed is too soft: its %d layers press the "
+                             "lowest grains %.2g diameters into each other, the limit is 0.3; "
+                             "allowed is time.step of at most %.3g s%s", config->grains_layers,
+                             overlap / check->derived.d, dt * sqrt(limit / overlap) * 0.999,
+                             isnan(config->contact_stiffness) ? " (or a smaller contact.alpha_m)"
+                                                              : "");
+    }
+    return ry_check_fail(check, RY_KEY_contact_stiffness, "the bed is too soft: its %d layers press "
+                         "the lowest grains %.2g diameters into each other, the limit is 0.3; "
+                         "allowed is at least %.3g N/m", config->grains_layers,
+                         overlap / check->derived.d, k / part * 1.001);
+}
+
+static ry_status check_motion(const ry_check *check)
+{
+    const ry_config *config = check->config;
+    const double dt = config->time_step, g = config->domain_gravity;
+    if (!(g * dt * dt < 0.1 * check->d_min)) {
+        return ry_check_fail(check, RY_KEY_time_step, "a falling grain gains %.2g diameters a step "
+                             "in one step, the limit is 0.1; allowed is less than %.3g s",
+                             g * dt * dt / check->d_min, sqrt(0.1 * check->d_min / g));
+    }
+    for (int i = 0; i < config->n_particles; i++) {
+        const double *v = config->particles[i].velocity;
+        const double speed = hypot(v[0], v[1]);
+        if (!(speed * dt < 0.5 * check->d_min)) {
+            return ry_check_fail_particle(check, i, "moves %.2g of the smallest diameter in a time "
+                                          "step, the limit is 0.5; allowed is time.step below %.3g s",
+                                          speed * dt / check->d_min, 0.5 * check->d_min / speed);
+        }
+    }
+    return RY_OK;
+}
+
+ry_status ry_check_stability(const ry_check *check)
+{
+    RY_TRY(check_motion(check));
+    RY_TRY(check_law(check));
+    return check_load(check);
+}
