@@ -14,7 +14,7 @@ static void print_value(const ry_parameter *p) {
     } else if (p->type == 'f') {
         printf("%s", p->number != 0 ? "true" : "false");
     } else if (isnan(p->number)) {
-        printf("follows");
+        printf("not set");
     } else {
         printf("%.10g", p->number);
     }
@@ -55,7 +55,7 @@ static void print_head(void) {
         "Made by `ryusa show --parameters` (`make docs`); don't edit.\n\n"
         "A scene file is YAML. A value may carry a unit (`0.5 mm`, `20 us`, `2650 kg/m^3`); a bare number "
         "is SI. On\nthe command line `-s section.key=value` replaces a value. A default in brackets holds "
-        "for a scene that has\n`particles` but no section `grains`. *follows*: from other parameters, see "
+        "for a scene that has\n`particles` but no section `grains`. *not set*: follows from others or is left out, see "
         "the meaning; `ryusa show SCENE.yaml`\nprints what came out.\n\n"
         "`title:` at the top is any text.\n");
 }
