@@ -23,7 +23,7 @@ for path in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("params/*.m
             problems.append(f"{path.relative_to(ROOT)}: link to {target}, which is not there")
 
 readme = (ROOT / "README.md").read_text()
-commands = re.findall(r"RY_COMMAND\((\w+), ", (ROOT / "src/cli/commands.def").read_text())
+commands = re.findall(r"(?m)^RY_COMMAND\((\w+), ", (ROOT / "src/cli/commands.def").read_text())
 for name in commands:
     if f"ryusa {name} " not in readme:
         problems.append(f"README.md does not name the command {name}")
