@@ -24,7 +24,8 @@ enum { WARM_UP = 500, SEEDS = 400 };
 static const double PI = 3.14159265358979323846;
 
 /* Number `index` of the standard normal sequence `seed` (Box & Muller 1958). */
-static double normal(uint32_t seed, uint32_t index) {
+static double normal(uint32_t seed, uint32_t index)
+{
     const philox4x32_ctr_t counter = {{index, seed, 0, 0}};
     const philox4x32_key_t key = {{0x72797573u, 0x61u}};
     const philox4x32_ctr_t r = philox4x32(counter, key);
@@ -34,10 +35,11 @@ static double normal(uint32_t seed, uint32_t index) {
 }
 
 /* A stationary AR(1) of mean 0 and variance 1. */
-static void ar1(double *x, int64_t n, double rho, uint32_t seed) {
+static void ar1(double *x, int64_t n, double rho, uint32_t seed)
+{
     double y = normal(seed, 0);
     const double noise = sqrt(1.0 - rho * rho);
-    for (int64_t i = -WARM_UP; i < n; ++i) {
+    for (int64_t i = -WARM_UP; i < n; i++) {
         y = rho * y + noise * normal(seed, (uint32_t)(i + WARM_UP + 1));
         if (i >= 0) {
             x[i] = y;
@@ -45,33 +47,38 @@ static void ar1(double *x, int64_t n, double rho, uint32_t seed) {
     }
 }
 
-static double *series(int64_t n) {
+static double *series(int64_t n)
+{
     double *x = malloc((size_t)n * sizeof *x);
     assert_non_null(x);
     return x;
 }
 
-static ry_series_statistics mean_of(const double *x, int64_t n) {
+static ry_series_statistics mean_of(const double *x, int64_t n)
+{
     ry_error error = {0};
     ry_series_statistics s;
     assert_int_equal(ry_series_mean(x, n, &s, &error), RY_OK);
     return s;
 }
 
-static ry_series_statistics equilibrated(const double *x, int64_t n) {
+static ry_series_statistics equilibrated(const double *x, int64_t n)
+{
     ry_error error = {0};
     ry_series_statistics s;
     assert_int_equal(ry_series_equilibrated(x, n, &s, &error), RY_OK);
     return s;
 }
 
-static void assert_within(double value, double low, double high, const char *what, double parameter) {
+static void assert_within(double value, double low, double high, const char *what, double parameter)
+{
     if (!(value >= low && value <= high)) {
         fail_msg("%s = %g at %g, expected %g to %g", what, value, parameter, low, high);
     }
 }
 
-static void test_short_series(void **state) {
+static void test_short_series(void **state)
+{
     (void)state;
     const double x[] = {3.0, 5.0, 4.0};
     ry_series_statistics s = mean_of(NULL, 0);
@@ -88,7 +95,7 @@ static void test_short_series(void **state) {
     assert_true(fabs(s.standard_error - 1.0 / sqrt(3.0)) < 1e-15);
     assert_true(s.autocorrelation_time == 0.5);
     assert_int_equal(s.samples, 3);
-    for (int n = 0; n <= 3; ++n) {
+    for (int n = 0; n <= 3; n++) {
         s = equilibrated(x, n);
         assert_int_equal(s.first, 0);
         assert_int_equal(s.samples, n);
@@ -96,14 +103,15 @@ static void test_short_series(void **state) {
 }
 
 /* The value has no short binary form: a naive mean would leave a variance of rounding. */
-static void test_constant(void **state) {
+static void test_constant(void **state)
+{
     (void)state;
     double x[1000];
-    for (int i = 0; i < 1000; ++i) {
+    for (int i = 0; i < 1000; i++) {
         x[i] = 0.1;
     }
     const int lengths[] = {1, 2, 3, 7, 8, 9, 15, 16, 17, 100, 1000};
-    for (size_t i = 0; i < sizeof lengths / sizeof *lengths; ++i) {
+    for (size_t i = 0; i < sizeof lengths / sizeof *lengths; i++) {
         const int n = lengths[i];
         ry_series_statistics s = equilibrated(x, n);
         assert_true(s.mean == 0.1);
@@ -114,7 +122,8 @@ static void test_constant(void **state) {
     }
 }
 
-static void test_bad_input(void **state) {
+static void test_bad_input(void **state)
+{
     (void)state;
     double x[20] = {0};
     ry_series_statistics s;
@@ -129,12 +138,13 @@ static void test_bad_input(void **state) {
 }
 
 /* White noise and AR(1), positive and negative: autocorrelation time, error, effective samples. */
-static void test_autocorrelation_time(void **state) {
+static void test_autocorrelation_time(void **state)
+{
     (void)state;
     const int64_t n = 100000;
     const double rho[] = {0.0, 0.2, 0.5, 0.8, 0.9, 0.98, -0.2, -0.5, -0.8};
     double *x = series(n);
-    for (size_t k = 0; k < sizeof rho / sizeof *rho; ++k) {
+    for (size_t k = 0; k < sizeof rho / sizeof *rho; k++) {
         const uint32_t seed = 1000 + (uint32_t)k;
         ar1(x, n, rho[k], seed);
         const double tau = 0.5 * (1.0 + rho[k]) / (1.0 - rho[k]);
@@ -156,7 +166,8 @@ static void test_autocorrelation_time(void **state) {
 
 /* What is stated about a mean holds as often as stated. The band is four standard deviations of the
  * binomial wide, and lower by what the scatter of the estimated error itself costs. */
-static void test_coverage(void **state) {
+static void test_coverage(void **state)
+{
     (void)state;
     static const struct {
         double rho;
@@ -167,10 +178,10 @@ static void test_coverage(void **state) {
                  {-0.5, 1000, 0, 0.02}, {0.98, 5000, 0, 0.06}, {0.0, 1000, 1, 0.03},
                  {0.9, 5000, 1, 0.04}};
     double *x = series(5000);
-    for (size_t k = 0; k < sizeof cases / sizeof *cases; ++k) {
+    for (size_t k = 0; k < sizeof cases / sizeof *cases; k++) {
         int one = 0, two = 0;
         double tau = 0.0;
-        for (uint32_t seed = 0; seed < SEEDS; ++seed) {
+        for (uint32_t seed = 0; seed < SEEDS; seed++) {
             ar1(x, cases[k].n, cases[k].rho, 2000 + seed);
             const ry_series_statistics s =
                 cases[k].cut ? equilibrated(x, cases[k].n) : mean_of(x, cases[k].n);
@@ -192,16 +203,17 @@ static void test_coverage(void **state) {
 }
 
 /* A weak, slow part beneath strong white noise carries most of the error of the mean. */
-static void test_two_scales(void **state) {
+static void test_two_scales(void **state)
+{
     (void)state;
     const int64_t n = 20000;
     const double rho = 0.98, share = 0.3; /* share: of the slow part in the standard deviation */
     double *x = series(n), *noise = series(n);
     double error2 = 0.0;
-    for (uint32_t seed = 0; seed < 50; ++seed) {
+    for (uint32_t seed = 0; seed < 50; seed++) {
         ar1(x, n, rho, 3000 + seed);
         ar1(noise, n, 0.0, 4000 + seed);
-        for (int64_t i = 0; i < n; ++i) {
+        for (int64_t i = 0; i < n; i++) {
             x[i] = share * x[i] + noise[i];
         }
         const ry_series_statistics s = mean_of(x, n);
@@ -217,16 +229,17 @@ static void test_two_scales(void **state) {
 
 /* A swing in the autocorrelation: the error may be too large, never too small. AR(2) with poles at
  * r exp(+-i w); the variance of the mean is the noise over (1 - a1 - a2)^2. */
-static void test_oscillating(void **state) {
+static void test_oscillating(void **state)
+{
     (void)state;
     const int n = 5000;
     const double r = 0.95, w = 2.0 * PI / 20.0;
     const double a1 = 2.0 * r * cos(w), a2 = -r * r;
     double *x = series(n);
     double ratio = 0.0;
-    for (uint32_t seed = 5000; seed < 5020; ++seed) {
+    for (uint32_t seed = 5000; seed < 5020; seed++) {
         double y = 0.0, before = 0.0;
-        for (int i = -WARM_UP; i < n; ++i) {
+        for (int i = -WARM_UP; i < n; i++) {
             const double next = a1 * y + a2 * before + normal(seed, (uint32_t)(i + WARM_UP));
             before = y;
             y = next;
@@ -243,14 +256,15 @@ static void test_oscillating(void **state) {
 }
 
 /* An exponential approach to the mean: the cut lies where the rest of it is lost in the noise. */
-static void test_transient(void **state) {
+static void test_transient(void **state)
+{
     (void)state;
     const int64_t n = 10000;
     double *x = series(n);
     int covered = 0;
-    for (uint32_t seed = 6000; seed < 6040; ++seed) {
+    for (uint32_t seed = 6000; seed < 6040; seed++) {
         ar1(x, n, 0.9, seed);
-        for (int64_t i = 0; i < n; ++i) {
+        for (int64_t i = 0; i < n; i++) {
             x[i] += 7.0 + 10.0 * exp(-(double)i / 200.0);
         }
         const ry_series_statistics all = mean_of(x, n), s = equilibrated(x, n);
@@ -270,14 +284,15 @@ static void test_transient(void **state) {
 }
 
 /* A step that ends past the middle: the cut never takes more than half. */
-static void test_cut_is_bounded(void **state) {
+static void test_cut_is_bounded(void **state)
+{
     (void)state;
     const int lengths[] = {16, 17, 100, 5000, 50001};
-    for (size_t k = 0; k < sizeof lengths / sizeof *lengths; ++k) {
+    for (size_t k = 0; k < sizeof lengths / sizeof *lengths; k++) {
         const int n = lengths[k];
         double *x = series(n);
         ar1(x, n, 0.0, 7000);
-        for (int i = 0; i < n; ++i) {
+        for (int i = 0; i < n; i++) {
             x[i] += i < 3 * n / 4 ? 100.0 : 0.0;
         }
         const ry_series_statistics s = equilibrated(x, n);
@@ -289,12 +304,13 @@ static void test_cut_is_bounded(void **state) {
 
 /* Scaling and shifting a series does the same to its mean and error. A large mean is the case of a
  * level measured from far away. */
-static void test_scale_and_shift(void **state) {
+static void test_scale_and_shift(void **state)
+{
     (void)state;
     const int n = 3000;
     double *x = series(n), *y = series(n);
     ar1(x, n, 0.7, 8000);
-    for (int i = 0; i < n; ++i) {
+    for (int i = 0; i < n; i++) {
         y[i] = 1e6 + 1e-3 * x[i];
     }
     const ry_series_statistics a = equilibrated(x, n), b = equilibrated(y, n);
@@ -306,7 +322,8 @@ static void test_scale_and_shift(void **state) {
 }
 
 /* Longer than the number of blocks that an estimate takes: the same answer from block means. */
-static void test_long_series(void **state) {
+static void test_long_series(void **state)
+{
     (void)state;
     const int64_t n = 3000001;
     double *x = series(n);
@@ -326,27 +343,29 @@ typedef struct job {
     ry_status status;
 } job;
 
-static void *work(void *data) {
+static void *work(void *data)
+{
     job *j = data;
-    for (int i = 0; i < 20; ++i) {
+    for (int i = 0; i < 20; i++) {
         j->status = ry_series_equilibrated(j->x, j->n, &j->result, NULL);
     }
     return NULL;
 }
 
 /* Several threads at once, different lengths: each gets the bits that one thread alone gets. */
-static void test_threads(void **state) {
+static void test_threads(void **state)
+{
     (void)state;
     enum { JOBS = 6 };
     double *x = series(5000);
     ar1(x, 5000, 0.9, 10000);
     job jobs[JOBS];
     pthread_t threads[JOBS];
-    for (int i = 0; i < JOBS; ++i) {
+    for (int i = 0; i < JOBS; i++) {
         jobs[i] = (job){.x = x, .n = 1000 + 700 * i};
         assert_int_equal(pthread_create(&threads[i], NULL, work, &jobs[i]), 0);
     }
-    for (int i = 0; i < JOBS; ++i) {
+    for (int i = 0; i < JOBS; i++) {
         assert_int_equal(pthread_join(threads[i], NULL), 0);
         assert_int_equal(jobs[i].status, RY_OK);
         const ry_series_statistics alone = equilibrated(x, jobs[i].n);
@@ -355,7 +374,8 @@ static void test_threads(void **state) {
     free(x);
 }
 
-int main(void) {
+int main(void)
+{
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_short_series),    cmocka_unit_test(test_constant),
         cmocka_unit_test(test_bad_input),       cmocka_unit_test(test_autocorrelation_time),

@@ -44,7 +44,8 @@ typedef struct estimate {
     double tau;      /* integrated autocorrelation time in blocks */
 } estimate;
 
-static void workspace_clear(workspace *w) {
+static void workspace_clear(workspace *w)
+{
     pthread_mutex_lock(&planner);
     if (w->forward) {
         fftw_destroy_plan(w->forward);
@@ -59,7 +60,8 @@ static void workspace_clear(workspace *w) {
 }
 
 /* Padded length: lags up to n/2 are needed, so n + n/2 keeps the ends apart. A power of two. */
-static int padded_length(int n) {
+static int padded_length(int n)
+{
     int length = 16;
     while (length < n + n / 2 + 1) {
         length *= 2;
@@ -67,7 +69,8 @@ static int padded_length(int n) {
     return length;
 }
 
-static ry_status workspace_init(workspace *w, int n, ry_error *error) {
+static ry_status workspace_init(workspace *w, int n, ry_error *error)
+{
     *w = (workspace){.capacity = padded_length(n)};
     const size_t length = (size_t)w->capacity;
     w->value = fftw_malloc(length * sizeof *w->value);
@@ -86,24 +89,27 @@ static ry_status workspace_init(workspace *w, int n, ry_error *error) {
 }
 
 /* Mean, taken from the first value on, so that a constant series has its own value as the mean. */
-static double mean_of(const double *x, int64_t n) {
+static double mean_of(const double *x, int64_t n)
+{
     double sum = 0.0;
-    for (int64_t i = 1; i < n; ++i) {
+    for (int64_t i = 1; i < n; i++) {
         sum += x[i] - x[0];
     }
     return x[0] + sum / (double)n;
 }
 
-static double variance_of(const double *x, int64_t n, double mean) {
+static double variance_of(const double *x, int64_t n, double mean)
+{
     double sum = 0.0;
-    for (int64_t i = 0; i < n; ++i) {
+    for (int64_t i = 0; i < n; i++) {
         sum += (x[i] - mean) * (x[i] - mean);
     }
     return sum / (double)n;
 }
 
-static int is_constant(const double *x, int64_t n) {
-    for (int64_t i = 1; i < n; ++i) {
+static int is_constant(const double *x, int64_t n)
+{
+    for (int64_t i = 1; i < n; i++) {
         if (x[i] != x[0]) {
             return 0;
         }
@@ -112,17 +118,18 @@ static int is_constant(const double *x, int64_t n) {
 }
 
 /* Replaces w->value[0..n-1], which has mean zero, by its autocovariance at the lags 0..n/2. */
-static void autocovariance(workspace *w, int n) {
+static void autocovariance(workspace *w, int n)
+{
     memset(w->value + n, 0, (size_t)(w->capacity - n) * sizeof *w->value);
     fftw_execute(w->forward);
-    for (int k = 0; k <= w->capacity / 2; ++k) {
+    for (int k = 0; k <= w->capacity / 2; k++) {
         const double re = w->spectrum[k][0];
         const double im = w->spectrum[k][1];
         w->spectrum[k][0] = re * re + im * im;
         w->spectrum[k][1] = 0.0;
     }
     fftw_execute(w->backward);
-    for (int k = 0; k <= n / 2; ++k) {
+    for (int k = 0; k <= n / 2; k++) {
         w->value[k] /= (double)w->capacity * (double)(n - k);
     }
 }
@@ -134,7 +141,8 @@ static void autocovariance(workspace *w, int n) {
  * M >= 5 tau ends before the slow part (error 0.6 of the true one) and collapses on anticorrelated
  * series (0.2); this one gives 0.95 to 1.05 of it on all, and errs to the safe side where the
  * autocorrelation swings below zero and back (up to 1.8). */
-static int window_of(const double *rho, int last) {
+static int window_of(const double *rho, int last)
+{
     int window = 1;
     while (window + 2 <= last && rho[window + 1] + rho[window + 2] > 0.0) {
         window += 2;
@@ -145,10 +153,11 @@ static int window_of(const double *rho, int last) {
 /* Integrated autocorrelation time of rho[0..last] of n values: 1/2 + sum of rho, times Wolff's
  * correction for the mean being estimated from the same values (2004, Comput. Phys. Commun. 156,
  * 143, eq. 49). */
-static double integrate(const double *rho, int last, int n) {
+static double integrate(const double *rho, int last, int n)
+{
     const int window = window_of(rho, last);
     double tau = 0.5;
-    for (int k = 1; k <= window; ++k) {
+    for (int k = 1; k <= window; k++) {
         tau += rho[k];
     }
     tau *= 1.0 + (2.0 * window + 1.0) / n;
@@ -157,9 +166,10 @@ static double integrate(const double *rho, int last, int n) {
 }
 
 /* Estimates from n block means in `block`; not constant, n >= FEWEST. */
-static estimate estimate_blocks(workspace *w, const double *block, int n) {
+static estimate estimate_blocks(workspace *w, const double *block, int n)
+{
     estimate e = {.mean = mean_of(block, n)};
-    for (int i = 0; i < n; ++i) {
+    for (int i = 0; i < n; i++) {
         w->value[i] = block[i] - e.mean;
     }
     autocovariance(w, n);
@@ -176,7 +186,8 @@ static estimate estimate_blocks(workspace *w, const double *block, int n) {
 }
 
 /* Writes the means of n/size blocks to `block`; what is left over at the front is not used. */
-static void reduce(const double *x, int64_t n, int64_t size, double *block) {
+static void reduce(const double *x, int64_t n, int64_t size, double *block)
+{
     const int64_t count = n / size;
     const double *from = x + (n - count * size);
     for (int64_t b = 0; b < count; ++b) {
@@ -184,15 +195,17 @@ static void reduce(const double *x, int64_t n, int64_t size, double *block) {
     }
 }
 
-static int64_t block_size(int64_t n, int64_t most) {
+static int64_t block_size(int64_t n, int64_t most)
+{
     return (n + most - 1) / most;
 }
 
-static ry_status check(const double *x, int64_t n, ry_error *error) {
+static ry_status check(const double *x, int64_t n, ry_error *error)
+{
     if (n < 0 || (n > 0 && !x)) {
         return ry_fail(error, RY_BAD_INPUT, "a series of %lld samples", (long long)n);
     }
-    for (int64_t i = 0; i < n; ++i) {
+    for (int64_t i = 0; i < n; i++) {
         if (!isfinite(x[i])) {
             return ry_fail(error, RY_BAD_INPUT, "sample %lld of a series is %g", (long long)i, x[i]);
         }
@@ -201,7 +214,8 @@ static ry_status check(const double *x, int64_t n, ry_error *error) {
 }
 
 /* Too few samples for a correlation, or all alike. */
-static int is_degenerate(const double *x, int64_t n, ry_series_statistics *out) {
+static int is_degenerate(const double *x, int64_t n, ry_series_statistics *out)
+{
     *out = (ry_series_statistics){.mean = NAN,
                                   .standard_error = NAN,
                                   .autocorrelation_time = 0.5,
@@ -220,7 +234,8 @@ static int is_degenerate(const double *x, int64_t n, ry_series_statistics *out) 
 }
 
 static ry_status series_mean(const double *x, int64_t n, ry_series_statistics *out,
-                             ry_error *error) {
+                             ry_error *error)
+{
     if (is_degenerate(x, n, out)) {
         return RY_OK;
     }
@@ -250,14 +265,16 @@ static ry_status series_mean(const double *x, int64_t n, ry_series_statistics *o
     return RY_OK;
 }
 
-ry_status ry_series_mean(const double *x, int64_t n, ry_series_statistics *out, ry_error *error) {
+ry_status ry_series_mean(const double *x, int64_t n, ry_series_statistics *out, ry_error *error)
+{
     RY_TRY(check(x, n, error));
     return series_mean(x, n, out, error);
 }
 
 /* Number of independent samples among block[0..n-1], at most n: else anticorrelation that is mere
  * noise would decide on the cut. */
-static double effective_blocks(workspace *w, const double *block, int n) {
+static double effective_blocks(workspace *w, const double *block, int n)
+{
     if (is_constant(block, n)) {
         return n;
     }
@@ -267,11 +284,12 @@ static double effective_blocks(workspace *w, const double *block, int n) {
 /* The first of n blocks to keep. Candidates lie densest at the front, where transients end.
  * Tried: the first candidate within 5 % of the best. Keeps more of a stationary series, but leaves
  * so much of a transient that the error no longer covers the true mean. */
-static int find_cut(workspace *w, const double *block, int n) {
+static int find_cut(workspace *w, const double *block, int n)
+{
     int best = 0;
     int last = -1;
     double most = -1.0;
-    for (int i = 0; i < CANDIDATES; ++i) {
+    for (int i = 0; i < CANDIDATES; i++) {
         const double part = (double)i / (CANDIDATES - 1);
         const int cut = (int)(part * part * 0.5 * n);
         if (cut == last) {
@@ -288,7 +306,8 @@ static int find_cut(workspace *w, const double *block, int n) {
 }
 
 ry_status ry_series_equilibrated(const double *x, int64_t n, ry_series_statistics *out,
-                                 ry_error *error) {
+                                 ry_error *error)
+{
     RY_TRY(check(x, n, error));
     int64_t first = 0;
     if (n >= 2 * FEWEST && !is_constant(x, n)) {
