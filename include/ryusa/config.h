@@ -104,7 +104,9 @@ typedef struct ry_config {
 /* The defaults of a scene with (1) or without (0) a section `grains`. */
 RY_API ry_config ry_config_default(int has_grains);
 
-/* Reads a scene file, applies the `n_overrides` texts "key.path=value", resolves and checks.
+/* Reads a scene file, applies the `n_overrides` texts "key.path=value", resolves and checks. Lines
+ * "# -s key.path=value" at the end of the file are overrides too: config->text alone makes the same
+ * config again. On failure the config is zeroed.
  * Errors: RY_BAD_INPUT with "file:line: key: what is wrong; what is allowed", RY_BAD_FILE. */
 RY_API ry_status ry_config_load(ry_config *config, const char *path, const char *const *overrides,
                                 int n_overrides, ry_error *error);
@@ -113,7 +115,9 @@ RY_API ry_status ry_config_load(ry_config *config, const char *path, const char 
 RY_API ry_status ry_config_parse(ry_config *config, const char *text, const char *name,
                                  const char *const *overrides, int n_overrides, ry_error *error);
 
-/* Fills in what is derived and checks what no single range can (see docs/parameters.md). Idempotent. */
+/* Fills in what is derived and checks what no single range can (see docs/parameters.md). Idempotent.
+ * Still NAN afterwards: contact_stiffness where alpha_m rules, fluid_shear_stress where shields does,
+ * stop_flux_error (off), numerics_skin (chosen by the program), domain_length of an unbounded scene. */
 RY_API ry_status ry_config_resolve(ry_config *config, ry_error *error);
 
 RY_API void ry_config_free(ry_config *config);
@@ -128,6 +132,8 @@ typedef struct ry_derived {
     double stiffness_t;   /* k_t [N/m] */
     double step_ratio;    /* a = k dt^2 / m_r of an equal pair, wet inertia [1] */
     double zeta_pair;     /* eta/(2 sqrt(m_r k)) of an equal pair [1] */
+    double zeta_impact;   /* laws cundall: damping ratio of every pair, from restitution; NAN: the dashpot
+                           * is `damping` (no restitution was given), or another law [1] */
     double restitution;   /* of a binary impact of an equal pair, exact for the law chosen [1] */
     double restitution_wall; /* the same against a wall or fixed grain [1] */
     double buoyant_gravity;  /* g' = (1 - rho_f/rho_s) g [m/s^2] */

@@ -52,7 +52,7 @@ static double tension_restitution(double zeta)
 
 /* What an impact really gives back. Only the spring-dashpot laws miss the value asked for: where
  * alpha_cn rules, their damping ratio is that of eta for this partner; else `mapping` sets it. */
-static void realised(const ry_config *config, double zeta_wall, ry_derived *out)
+static void derive_impact(const ry_config *config, double zeta_wall, ry_derived *out)
 {
     const double follows = ry_restitution_from_damping(out->zeta_pair);
     const double e = isnan(config->contact_restitution) ? follows : config->contact_restitution;
@@ -61,13 +61,14 @@ static void realised(const ry_config *config, double zeta_wall, ry_derived *out)
     if (!tension && config->contact_law != RY_LAW_CUNDALL) {
         return;
     }
-    if (e == follows) {
-        out->restitution = tension ? tension_restitution(out->zeta_pair) : follows;
-        out->restitution_wall = tension ? tension_restitution(zeta_wall)
-                                        : ry_restitution_from_damping(zeta_wall);
-    } else if (!tension && config->contact_mapping == RY_MAPPING_USUAL) {
-        out->restitution = out->restitution_wall = ry_restitution_from_damping(usual_damping(e));
+    double pair = out->zeta_pair, wall = zeta_wall;
+    if (e != follows) {
+        const int exact = !tension && config->contact_mapping == RY_MAPPING_EXACT;
+        out->zeta_impact = exact ? ry_damping_from_restitution(e) : usual_damping(e);
+        pair = wall = out->zeta_impact;
     }
+    out->restitution = tension ? tension_restitution(pair) : ry_restitution_from_damping(pair);
+    out->restitution_wall = tension ? tension_restitution(wall) : ry_restitution_from_damping(wall);
 }
 
 static void derive_contact(const ry_config *config, ry_derived *out)
@@ -84,7 +85,7 @@ static void derive_contact(const ry_config *config, ry_derived *out)
     out->stiffness_t = out->stiffness / (2.0 * (1.0 + config->contact_poisson));
     out->step_ratio = out->stiffness * dt * dt * 2.0 / wet;
     out->zeta_pair = config->contact_alpha_cn * beta * sqrt(2.0 / (1.0 + added));
-    realised(config, config->contact_alpha_cn * beta / sqrt(1.0 + added), out);
+    derive_impact(config, config->contact_alpha_cn * beta / sqrt(1.0 + added), out);
 }
 
 /* Without a fluid all of its scales are zero and the unit of flux is that of a dry flow. */
@@ -145,7 +146,7 @@ static void derive_steps(const ry_config *config, ry_derived *out)
 
 ry_derived ry_config_derive(const ry_config *config)
 {
-    ry_derived out = {0};
+    ry_derived out = {.zeta_impact = NAN};
     mean_grain(config, &out);
     derive_contact(config, &out);
     derive_fluid(config, &out);

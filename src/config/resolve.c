@@ -205,8 +205,6 @@ static void survey(ry_check *check)
         }
     }
     check->is_bed = config->has_grains || check->movable > 8;
-    check->dashpot_rules =
-        config->contact_restitution == ry_restitution_from_damping(check->derived.zeta_pair);
 }
 
 static ry_status check_domain(const ry_check *check)

@@ -21,7 +21,6 @@ typedef struct ry_check {
     double inverse[2];          /* the two largest inverse masses of grains that can move, wet [1/kg] */
     int movable;                /* explicit grains that can move */
     int is_bed;                 /* many contacts per grain are to be expected */
-    int dashpot_rules;          /* law cundall: its dashpot is derived.damping, no restitution given */
 } ry_check;
 
 /* A failure about a parameter; always RY_BAD_INPUT. */

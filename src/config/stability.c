@@ -10,11 +10,15 @@
  * The authors' laws and `energy` bound themselves; their step only must resolve a contact at all. */
 #include "config/resolve.h"
 
-static const double pi = 3.14159265358979323846;
-
 static int is_cundall(const ry_config *config)
 {
     return config->contact_law == RY_LAW_CUNDALL || config->contact_law == RY_LAW_CUNDALL_TENSION;
+}
+
+/* The dashpot is that of alpha_cn, no restitution was given. */
+static int dashpot_rules(const ry_check *check)
+{
+    return is_cundall(check->config) && isnan(check->derived.zeta_impact);
 }
 
 static const char *law_name(const ry_config *config)
@@ -22,17 +26,6 @@ static const char *law_name(const ry_config *config)
     ry_parameter p;
     (void)ry_config_parameter(config, RY_KEY_contact_law, &p);
     return p.word;
-}
-
-/* The damping ratio that law cundall makes of contact.restitution. */
-static double impact_damping(const ry_config *config)
-{
-    const double e = config->contact_restitution;
-    if (config->contact_law == RY_LAW_CUNDALL && config->contact_mapping == RY_MAPPING_EXACT) {
-        return ry_damping_from_restitution(e);
-    }
-    const double loss = -log(e);
-    return e > 0.0 ? loss / sqrt(pi * pi + loss * loss) : 1.0;
 }
 
 /* Refuses with the alpha_m or the step that makes dt/T smaller by `factor`. */
@@ -46,7 +39,7 @@ static ry_status refuse(const ry_check *check, const char *rule, double value, d
                              "too few steps for a contact of law %s: %s = %.4g, the limit is %g; "
                              "allowed is contact.alpha_m of at least %.4g%s",
                              law, rule, value, limit, config->contact_alpha_m / factor * 1.0001,
-                             check->dashpot_rules && is_cundall(config)
+                             dashpot_rules(check)
                                  ? ", or less damping (contact.alpha_cn)" : "");
     }
     return ry_check_fail(check, RY_KEY_time_step,
@@ -59,8 +52,8 @@ static ry_status check_cundall(const ry_check *check, double a, double inverse)
 {
     const ry_config *config = check->config;
     const double many = check->is_bed ? 3.0 : 1.0;
-    const double c = check->dashpot_rules ? check->derived.damping * config->time_step * inverse
-                                          : 2.0 * impact_damping(config) * sqrt(a);
+    const double c = dashpot_rules(check) ? check->derived.damping * config->time_step * inverse
+                                          : 2.0 * check->derived.zeta_impact * sqrt(a);
     const double value = many * (a + 2.0 * c);
     if (!isfinite(c)) {
         return ry_check_fail(check, RY_KEY_contact_restitution, "0 needs an infinite dashpot in law "
@@ -102,34 +95,50 @@ static ry_status check_law(const ry_check *check)
     return config->contact_law == RY_LAW_FUJIOKA1 ? check_fujioka1(check, a) : RY_OK;
 }
 
-/* The lowest grains carry the bed; law `energy` softens k to k/(1 + 1.5 a) on lasting contacts. */
+/* How far the lowest grains of the bed are pressed into each other [m], and `part`: by which factor 1/k
+ * must be smaller for that to be `limit`. Law `energy` softens k to k/(1 + 1.5 a) on lasting contacts;
+ * tanaka's force is k L (overlap/L)^1.5. */
+static double static_overlap(const ry_check *check, double limit, double *part)
+{
+    const ry_config *config = check->config;
+    const ry_derived *q = &check->derived;
+    const double weight = config->grains_layers * q->mass * q->buoyant_gravity;
+    const double linear = weight / q->stiffness, dt = config->time_step;
+    if (config->contact_law == RY_LAW_TANAKA) {
+        const double overlap = q->d * pow(linear / q->d, 2.0 / 3.0);
+        *part = pow(limit / overlap, 1.5);
+        return overlap;
+    }
+    const double soft = config->contact_law == RY_LAW_ENERGY
+                            ? weight * 1.5 * dt * dt * (check->inverse[0] + check->inverse[1]) : 0.0;
+    *part = (limit - soft) / linear;
+    return linear + soft;
+}
+
 static ry_status check_load(const ry_check *check)
 {
     const ry_config *config = check->config;
+    const double d = check->derived.d, limit = 0.3 * d;
+    double part;
     if (!config->has_grains) {
         return RY_OK;
     }
-    const double k = check->derived.stiffness, dt = config->time_step;
-    const double weight = config->grains_layers * check->derived.mass * check->derived.buoyant_gravity;
-    const double soft = config->contact_law == RY_LAW_ENERGY
-                            ? 1.5 * dt * dt * (check->inverse[0] + check->inverse[1]) : 0.0;
-    const double overlap = weight * (1.0 / k + soft), limit = 0.3 * check->derived.d;
+    const double overlap = static_overlap(check, limit, &part);
     if (!(overlap > limit)) {
         return RY_OK;
     }
-    const double part = 1.0 - (overlap - limit) * k / weight; /* allowed over present 1/k */
-    if (part <= 0.0 || isnan(config->contact_stiffness)) {
-        return ry_check_fail(check, RY_KEY_time_step, "the bed is too soft: its %d layers press the "
-                             "lowest grains %.2g diameters into each other, the limit is 0.3; "
-                             "allowed is time.step of at most %.3g s%s", config->grains_layers,
-                             overlap / check->derived.d, dt * sqrt(limit / overlap) * 0.999,
-                             isnan(config->contact_stiffness) ? " (or a smaller contact.alpha_m)"
-                                                              : "");
+    if (part > 0.0 && !isnan(config->contact_stiffness)) {
+        return ry_check_fail(check, RY_KEY_contact_stiffness, "the bed is too soft: its %d layers "
+                             "press the lowest grains %.2g diameters into each other, the limit is "
+                             "0.3; allowed is at least %.3g N/m", config->grains_layers, overlap / d,
+                             check->derived.stiffness / part * 1.001);
     }
-    return ry_check_fail(check, RY_KEY_contact_stiffness, "the bed is too soft: its %d layers press "
-                         "the lowest grains %.2g diameters into each other, the limit is 0.3; "
-                         "allowed is at least %.3g N/m", config->grains_layers,
-                         overlap / check->derived.d, k / part * 1.001);
+    const double factor = config->contact_law == RY_LAW_TANAKA ? sqrt(part) : sqrt(limit / overlap);
+    return ry_check_fail(check, RY_KEY_time_step, "the bed is too soft: its %d layers press the "
+                         "lowest grains %.2g diameters into each other, the limit is 0.3; allowed "
+                         "is time.step of at most %.3g s%s", config->grains_layers, overlap / d,
+                         config->time_step * factor * 0.999,
+                         isnan(config->contact_stiffness) ? ", or a smaller contact.alpha_m" : "");
 }
 
 static ry_status check_motion(const ry_check *check)
