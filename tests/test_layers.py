@@ -124,11 +124,13 @@ def check_symbols():
 
 
 def tracked_files():
-    listed = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], stdout=subprocess.PIPE,
-                            stderr=subprocess.DEVNULL)
-    if listed.returncode != 0:  # a tree without its history
-        return [p for p in ROOT.rglob("*") if p.is_file() and not p.relative_to(ROOT).parts[0].startswith("build")]
-    return [ROOT / name for name in listed.stdout.decode().split("\0") if name and (ROOT / name).is_file()]
+    try:
+        listed = subprocess.run(["git", "-C", str(ROOT), "ls-files", "-z"], check=True, stderr=subprocess.DEVNULL,
+                                stdout=subprocess.PIPE).stdout.decode()
+        return [ROOT / name for name in listed.split("\0") if name and (ROOT / name).is_file()]
+    except (OSError, subprocess.CalledProcessError):  # no git, or a tree without its history
+        return [p for folder in ROOT.iterdir() if not folder.name.startswith(("build", "runs", ".git"))
+                for p in (folder.rglob("*") if folder.is_dir() else [folder]) if p.is_file()]
 
 
 def check_places():
