@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * Drag of a sphere, F = rate (u - v). Each law is written as rate = pi/8 rho d^2 (C_d |u - v|) with the
+ * speed multiplied into C_d, so that rest is no special case. */
+#ifndef RY_LAW_DRAG_H
+#define RY_LAW_DRAG_H
+
+#include <math.h>
+
+#include "base/elementary.h"
+#include "base/parallel.h"
+
+/* C_d = (sqrt(C) + sqrt(24/Re))^2, Re = speed d/nu (Dallavalle's form; Maurin et al. 2015, Phys.
+ * Fluids 27, 113302, eq. 8 with C = 0.4 and 24.4). d_nu = nu/d. */
+RY_INLINE double ry_drag_dallavalle(double speed, double d_nu, double c)
+{
+    const double root = sqrt(c * speed) + sqrt(24.0 * d_nu);
+    return root * root;
+}
+
+/* C_d = 24/Re (1 + 0.15 Re^0.687), not below C (Schiller & Naumann 1935). */
+RY_INLINE double ry_drag_schiller(double speed, double d_nu, double c)
+{
+    const double re = speed / d_nu;
+    const double inertial = re > 1e-30 ? 0.15 * ry_pow(re > 1e-30 ? re : 1.0, 0.687) : 0.0;
+    const double viscous = 24.0 * d_nu * (1.0 + inertial);
+    return viscous > c * speed ? viscous : c * speed;
+}
+
+/* The drag law whose settling velocity is w = R g d^2/(18 nu + sqrt(0.75 C R g d^3)) (Ferguson & Church
+ * 2004, J. Sediment. Res. 74, 933): sqrt(C_d) = (sqrt(C) + sqrt(C + 96/Re))/2. */
+RY_INLINE double ry_drag_ferguson(double speed, double d_nu, double c)
+{
+    const double root = 0.5 * (sqrt(c * speed) + sqrt(c * speed + 96.0 * d_nu));
+    return root * root;
+}
+
+#endif

@@ -1,0 +1,483 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * Model balance: one-dimensional momentum balance of the fluid between the grains (Duran, Andreotti &
+ * Claudin 2012, Phys. Fluids 24, 103306; Maurin et al. 2015, Phys. Fluids 27, 113302)
+ *
+ *     rho (1-phi) du/dt = d tau/dz - f,    tau = rho (1-phi) (nu + l^2 |u'|) u',
+ *
+ * f: force on the grains per volume: drag and the stress gradient (generalised buoyancy V dtau/dz).
+ * tau = tau_b at the top, u = 0 at z = 0. In the mean tau(z) = tau_b - int_z^inf f dz. */
+#include "stage/flow.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/elementary.h"
+#include "base/memory.h"
+#include "law/drag.h"
+#include "stage/slices.h"
+
+/* Rows of flow->sums: solid volume, force on the grains, its derivative by the fluid's velocity. */
+enum { SUM_VOLUME, SUM_FORCE, SUM_SLOPE, SUM_COUNT };
+
+static double *sums_row(const ry_flow *f, int32_t block, int row, int32_t nz)
+{
+    return f->sums + ((size_t)block * SUM_COUNT + (size_t)row) * (size_t)nz;
+}
+
+ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
+{
+    const ry_grains *const g = &state->grains;
+    const size_t n = (size_t)g->n, nz = (size_t)state->column.nz;
+    f->n_blocks = (g->n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK;
+    f->n_bins = f->model == RY_FLOW_STRESS ? (int32_t)ceil(8.0 * f->length / f->d) : 0;
+    f->area = ry_array(n, sizeof(double));
+    f->viscous = ry_array(n, sizeof(double));
+    f->volume = ry_array(n, sizeof(double));
+    f->u = ry_array(nz + 1, sizeof(double));
+    f->gradient = ry_array(nz + 1, sizeof(double));
+    f->hinder = ry_array(nz + 1, sizeof(double));
+    f->sums = ry_array(((size_t)f->n_blocks + 1) * SUM_COUNT * nz, sizeof(double));
+    f->work = ry_array(5 * nz, sizeof(double));
+    f->nz = state->column.nz;
+    f->dz = state->column.dz;
+    f->bin_top = ry_array((size_t)f->n_bins, sizeof(double));
+    f->bin_grain = ry_array((size_t)f->n_bins, sizeof(int32_t));
+    if (!f->area || !f->viscous || !f->volume || !f->u || !f->gradient || !f->hinder || !f->sums ||
+        !f->work || !f->bin_top || !f->bin_grain) {
+        return ry_no_memory(error, (n * 3 + nz * 20) * sizeof(double));
+    }
+    for (size_t k = 0; k < n; k++) {
+        const double d = 2.0 * g->radius[k];
+        f->area[k] = 0.125 * M_PI * f->density * d * d;
+        f->viscous[k] = f->viscosity / d;
+        f->volume[k] = M_PI / 6.0 * d * d * d;
+    }
+    ry_flow_refresh(f, state);
+    return RY_OK;
+}
+
+void ry_flow_free(ry_flow *f)
+{
+    void *const arrays[] = {f->area,   f->viscous, f->volume, f->u,       f->gradient,
+                            f->hinder, f->sums,    f->work,   f->bin_top, f->bin_grain};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+        free(arrays[k]);
+    }
+    *f = (ry_flow){0};
+}
+
+double ry_flow_stress(const ry_flow *f, int64_t step)
+{
+    return step < f->step_start ? 0.0 : (step < f->step_boost ? f->tau_start : f->tau);
+}
+
+/* ---- what a grain feels ---------------------------------------------------------------------- */
+
+/* Rate of drag of grain k [kg/s] and the fluid's velocity and stress gradient where it is. */
+typedef struct ry_seen {
+    double u, gradient, rate;
+} ry_seen;
+
+RY_INLINE ry_seen see(const ry_flow *f, double z, double vx, double vz, double area, double viscous,
+                      int32_t nz, double per_dz, ry_flow_drag law)
+{
+    const double height = z * per_dz;
+    const double inside = height > 0.0 ? (height < nz ? height : nz) : 0.0;
+    const int32_t whole = (int32_t)inside;
+    const int32_t cell = whole < nz ? whole : nz - 1;
+    const double part = inside - cell;
+    ry_seen s;
+    s.u = f->u[cell] + part * (f->u[cell + 1] - f->u[cell]);
+    s.gradient = f->gradient[cell] + part * (f->gradient[cell + 1] - f->gradient[cell]);
+    const double hinder = f->hinder[cell] + part * (f->hinder[cell + 1] - f->hinder[cell]);
+    const double rx = s.u - vx;
+    const double speed = sqrt(rx * rx + vz * vz);
+    const double c = f->drag_coefficient;
+    const double coefficient = law == RY_FLOW_DALLAVALLE ? ry_drag_dallavalle(speed, viscous, c)
+                               : law == RY_FLOW_SCHILLER ? ry_drag_schiller(speed, viscous, c)
+                                                         : ry_drag_ferguson(speed, viscous, c);
+    s.rate = area * coefficient * hinder;
+    return s;
+}
+
+RY_INLINE void sample_body(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin,
+                           int32_t end, ry_flow_drag law, int pushed)
+{
+    const double dt = f->dt, per_dz = 1.0 / f->dz;
+    const int32_t nz = f->nz;
+    const double *restrict const im = m->im, *restrict const weight = m->weight;
+    double *restrict const gx = m->gx, *restrict const gz = m->gz;
+    for (int32_t k = begin; k < end; k++) {
+        const ry_seen s = see(f, g->z[k], g->vx[k], g->vz[k], f->area[k], f->viscous[k], nz, per_dz, law);
+        const double b = s.rate * dt * im[k];
+        const double share = 1.0 / (1.0 + b);
+        const double along = f->volume[k] * s.gradient + (pushed ? g->push[k] : 0.0);
+        gx[k] = (b * (s.u - g->vx[k]) + along * dt * im[k]) * share;
+        gz[k] = (weight[k] - b * g->vz[k]) * share;
+    }
+}
+
+#define SAMPLE(name, law, pushed)                                                               \
+    RY_CLONES static void name(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, \
+                               int32_t end)                                                     \
+    {                                                                                           \
+        sample_body(f, g, m, begin, end, law, pushed);                                          \
+    }
+SAMPLE(sample_dallavalle, RY_FLOW_DALLAVALLE, 0)
+SAMPLE(sample_schiller, RY_FLOW_SCHILLER, 0)
+SAMPLE(sample_ferguson, RY_FLOW_FERGUSON, 0)
+SAMPLE(sample_dallavalle_pushed, RY_FLOW_DALLAVALLE, 1)
+SAMPLE(sample_schiller_pushed, RY_FLOW_SCHILLER, 1)
+SAMPLE(sample_ferguson_pushed, RY_FLOW_FERGUSON, 1)
+
+typedef void sample_fn(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, int32_t end);
+static sample_fn *const samplers[2][3] = {
+    {sample_dallavalle, sample_schiller, sample_ferguson},
+    {sample_dallavalle_pushed, sample_schiller_pushed, sample_ferguson_pushed},
+};
+
+/* Lift by the difference of u^2 between the top and the bottom of a grain (Wiberg & Smith 1985,
+ * J. Geophys. Res. 90, 7341): F = pi/8 rho C_L d^2 (u_top^2 - u_bottom^2), upwards. */
+static void add_lift(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, int32_t end)
+{
+    const ry_flow_drag law = RY_FLOW_DALLAVALLE; /* only the velocity is looked at */
+    for (int32_t k = begin; k < end; k++) {
+        const double r = g->radius[k], vx = g->vx[k];
+        const double top = see(f, g->z[k] + r, vx, 0.0, 0.0, 1.0, f->nz, 1.0 / f->dz, law).u - vx;
+        const double foot = see(f, g->z[k] - r, vx, 0.0, 0.0, 1.0, f->nz, 1.0 / f->dz, law).u - vx;
+        m->gz[k] += f->lift * f->area[k] * (top * top - foot * foot) * f->dt * m->im[k];
+    }
+}
+
+void ry_flow_sample(const ry_flow *f, const ry_grains *g, ry_motion *m)
+{
+    sample_fn *const sample = samplers[f->model == RY_FLOW_STRESS][f->drag];
+    const int threads = f->threads;
+#pragma omp parallel for num_threads(threads) schedule(static, 1) if (threads > 1)
+    for (int t = 0; t < threads; t++) {
+        const int32_t begin = (int32_t)((int64_t)g->n * t / threads);
+        const int32_t end = (int32_t)((int64_t)g->n * (t + 1) / threads);
+        sample(f, g, m, begin, end);
+        if (f->lift > 0.0) {
+            add_lift(f, g, m, begin, end);
+        }
+    }
+}
+
+/* ---- what the column gets -------------------------------------------------------------------- */
+
+static void spread(const ry_flow *f, const ry_column *c, double z, double r, double volume,
+                   double force, double slope, int32_t block)
+{
+    double *const volumes = sums_row(f, block, SUM_VOLUME, c->nz);
+    double *const forces = sums_row(f, block, SUM_FORCE, c->nz);
+    double *const slopes = sums_row(f, block, SUM_SLOPE, c->nz);
+    const ry_span span = ry_slice_span(z, r, 1.0 / c->dz, c->nz);
+    const double per_r = 1.0 / r;
+    double below = ry_slice_below((span.first * c->dz - z) * per_r);
+    for (int32_t k = span.first; k <= span.last; k++) {
+        const double above = ry_slice_below(((k + 1) * c->dz - z) * per_r);
+        const double part = above - below;
+        volumes[k] += volume * part;
+        forces[k] += force * part;
+        slopes[k] += slope * part;
+        below = above;
+    }
+}
+
+static void sum_block(const ry_flow *f, const ry_state *state, const ry_motion *m, const int32_t *place,
+                      int32_t block)
+{
+    const ry_grains *const g = &state->grains;
+    const ry_column *const c = &state->column;
+    const int32_t first = block * RY_SUM_BLOCK;
+    const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
+    memset(sums_row(f, block, 0, c->nz), 0, SUM_COUNT * (size_t)c->nz * sizeof(double));
+    for (int32_t id = first; id < end; id++) {
+        const int32_t k = place[id];
+        double force = 0.0, slope = 0.0;
+        if (f->model == RY_FLOW_BALANCE) {
+            const ry_seen s = see(f, g->z[k], g->vx[k], g->vz[k], f->area[k], f->viscous[k], c->nz,
+                                  1.0 / c->dz, f->drag);
+            const double share = 1.0 / (1.0 + s.rate * f->dt * m->im[k]);
+            force = (s.rate * (s.u - g->vx[k]) + f->volume[k] * s.gradient) * share;
+            slope = s.rate * share;
+        }
+        spread(f, c, g->z[k], g->radius[k], f->volume[k], force, slope, block);
+    }
+}
+
+/* Sums over fixed blocks of ids, then over the blocks in order: no thread count shows. */
+static void sum_grains(ry_flow *f, const ry_state *state, const ry_motion *m, const int32_t *place)
+{
+    const size_t width = SUM_COUNT * (size_t)state->column.nz;
+    const int threads = f->threads;
+    const int32_t n_blocks = f->n_blocks;
+#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
+    for (int32_t block = 0; block < n_blocks; block++) {
+        sum_block(f, state, m, place, block);
+    }
+    double *const total = f->sums + (size_t)n_blocks * width;
+    memset(total, 0, width * sizeof *total);
+    for (int32_t block = 0; block < n_blocks; block++) {
+        const double *const part = f->sums + (size_t)block * width;
+        for (size_t k = 0; k < width; k++) {
+            total[k] += part[k];
+        }
+    }
+}
+
+/* Running mean over the time in which a grain near the bed goes a few diameters. */
+static void average_phi(const ry_flow *f, ry_column *c, int64_t step)
+{
+    const double *const volume = sums_row(f, f->n_blocks, SUM_VOLUME, c->nz);
+    const double per_cell = 1.0 / (f->length * f->d * c->dz);
+    const double speed = sqrt(f->tau / f->density) + 1e-3 * sqrt(f->d);
+    const double weight = step < f->advance ? 1.0 : f->advance * f->dt * speed / (5.0 * f->d);
+    const double part = weight < 1.0 ? weight : 1.0;
+    for (int32_t k = 0; k < c->nz; k++) {
+        c->phi[k] += part * (volume[k] * per_cell - c->phi[k]);
+    }
+}
+
+double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d)
+{
+    const int32_t half = (int32_t)(0.5 * d / dz + 0.5);
+    double most = 0.0, above = 0.0;
+    for (int pass = 0; pass < 2; pass++) {
+        for (int32_t k = nz - 1; k >= 0; k--) {
+            double sum = 0.0;
+            int32_t count = 0;
+            for (int32_t m = k - half; m <= k + half; m++) {
+                if (m >= 0 && m < nz) {
+                    sum += phi[m];
+                    count++;
+                }
+            }
+            const double mean = sum / count;
+            if (pass == 0) {
+                most = mean > most ? mean : most;
+            } else if (mean >= 0.5 * most && most > 0.0) {
+                const double part = k < nz - 1 ? (mean - 0.5 * most) / (mean - above) : 0.0;
+                return (k + 0.5 + part) * dz;
+            }
+            above = mean;
+        }
+    }
+    return 0.0;
+}
+
+/* ---- the fluid's velocity -------------------------------------------------------------------- */
+
+/* Mixing length at the inner faces, out[k] at the face above cell k. Li & Sawamoto (1995, J. Coastal
+ * Res.): l = kappa int (phi_max - phi)/phi_max dz. Duran et al. (2012, eq. 9):
+ * dl/dz = kappa (1 - exp(-sqrt(u l/(7 nu)))), started with l = kappa z in the first cell. */
+static void mixing_length(const ry_flow *f, const ry_column *c, double *out)
+{
+    double l = 0.0;
+    for (int32_t k = 0; k < c->nz; k++) {
+        if (f->mixing == RY_FLOW_LI_SAWAMOTO) {
+            const double room = 1.0 - c->phi[k] / RY_FLOW_PHI_MAX;
+            l += room > 0.0 ? RY_FLOW_KAPPA * room * c->dz : 0.0;
+        } else {
+            const double u = c->u[k] > 0.0 ? c->u[k] : 0.0;
+            const double seed = l > 0.0 ? l : RY_FLOW_KAPPA * c->dz;
+            l += RY_FLOW_KAPPA * c->dz * (1.0 - ry_exp(-sqrt(u * seed / (7.0 * f->viscosity))));
+        }
+        out[k] = l;
+    }
+}
+
+/* 1 - phi at the face above cell k. */
+static double open_part(const ry_column *c, int32_t k)
+{
+    const double phi = k + 1 < c->nz ? 0.5 * (c->phi[k] + c->phi[k + 1]) : c->phi[k];
+    return 1.0 - (phi < 0.95 ? phi : 0.95);
+}
+
+/* Stress at the face above cell k for the velocity gradient s. */
+static double closure(const ry_flow *f, double open, double l, double s)
+{
+    return f->density * open * (f->viscosity + l * l * fabs(s)) * s;
+}
+
+static void solve_tridiagonal(int32_t n, const double *low, double *diagonal, const double *high,
+                              double *x)
+{
+    for (int32_t k = 1; k < n; k++) {
+        const double w = low[k] / diagonal[k - 1];
+        diagonal[k] -= w * high[k - 1];
+        x[k] -= w * x[k - 1];
+    }
+    x[n - 1] /= diagonal[n - 1];
+    for (int32_t k = n - 2; k >= 0; k--) {
+        x[k] = (x[k] - high[k] * x[k + 1]) / diagonal[k];
+    }
+}
+
+/* One implicit step of the balance over `advance` steps. The closure is linearised about the present
+ * gradient s: tau' = tau(s) + K (s' - s), K = rho (1-phi)(nu + 2 l^2|s|): Newton's step, which for
+ * this convex law does not overshoot. The grains' force is what they feel now, plus its change with
+ * u; that change averages to nothing, so in the mean the fluid loses just what the grains gain. */
+static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
+{
+    const int32_t nz = c->nz;
+    const double dz = c->dz, dt = f->dt * f->advance;
+    const double per_cell = 1.0 / (f->length * f->d * dz);
+    const double *const force = sums_row(f, f->n_blocks, SUM_FORCE, nz);
+    const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE, nz);
+    double *const low = f->work, *const diagonal = low + nz, *const high = diagonal + nz;
+    double *const rhs = high + nz, *const length = rhs + nz;
+    mixing_length(f, c, length);
+    /* the face below the first cell is the floor, half a cell away: u = 0, viscous */
+    double k_below = f->density * (1.0 - c->phi[0]) * f->viscosity / (0.5 * dz);
+    double rest_below = 0.0;
+    for (int32_t k = 0; k < nz; k++) {
+        double k_above = 0.0, rest_above = tau_top;
+        if (k + 1 < nz) {
+            const double s = (c->u[k + 1] - c->u[k]) / dz;
+            const double open = open_part(c, k);
+            const double stiff = f->density * open * (f->viscosity + 2.0 * length[k] * length[k] * fabs(s));
+            k_above = stiff / dz;
+            rest_above = closure(f, open, length[k], s) - stiff * s;
+        }
+        const double inertia = f->density * (1.0 - (c->phi[k] < 0.95 ? c->phi[k] : 0.95)) * dz / dt;
+        const double drag = slope[k] * per_cell * dz;
+        low[k] = k > 0 ? -k_below : 0.0;
+        high[k] = -k_above;
+        diagonal[k] = inertia + drag + k_below + k_above;
+        rhs[k] = inertia * c->u[k] + rest_above - rest_below - force[k] * per_cell * dz + drag * c->u[k];
+        k_below = k_above;
+        rest_below = rest_above;
+    }
+    solve_tridiagonal(nz, low, diagonal, high, rhs);
+    memcpy(c->u, rhs, (size_t)nz * sizeof *c->u);
+}
+
+/* d tau/dz in the cells, from the stress at their faces. */
+static void stress_gradient(ry_flow *f, ry_column *c, double tau_top)
+{
+    double *const length = f->work;
+    mixing_length(f, c, length);
+    double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
+    for (int32_t k = 0; k < c->nz; k++) {
+        const double above = k + 1 < c->nz
+            ? closure(f, open_part(c, k), length[k], (c->u[k + 1] - c->u[k]) / c->dz) : tau_top;
+        c->gradient[k] = (above - below) / c->dz;
+        below = above;
+    }
+}
+
+void ry_flow_shear(const ry_flow *f, const ry_column *c, double tau, double *out)
+{
+    double *const length = f->work;
+    mixing_length(f, c, length);
+    double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
+    for (int32_t k = 0; k < c->nz; k++) {
+        const double above = k + 1 < c->nz
+            ? closure(f, open_part(c, k), length[k], (c->u[k + 1] - c->u[k]) / c->dz) : tau;
+        out[k] = 0.5 * (below + above);
+        below = above;
+    }
+}
+
+/* u = u_star/kappa ln(30 z'/k_s) above the bed level that was found, 0 below z' = k_s/30. */
+static void impose_log(const ry_flow *f, ry_column *c, double tau)
+{
+    const double friction_velocity = sqrt(tau / f->density);
+    for (int32_t k = 0; k < c->nz; k++) {
+        const double ratio = 30.0 * ((k + 0.5) * c->dz - c->bed_level) / f->roughness;
+        c->u[k] = ratio > 1.0 ? friction_velocity / RY_FLOW_KAPPA * ry_log(ratio) : 0.0;
+    }
+}
+
+/* ---- the stress on exposed grains (Harada et al.) -------------------------------------------- */
+
+/* Looks down on the bed: in each bin of x the grain whose surface is highest is exposed. */
+static void find_exposed(ry_flow *f, const ry_grains *g, const int32_t *place)
+{
+    const double width = f->length / f->n_bins;
+    for (int32_t b = 0; b < f->n_bins; b++) {
+        f->bin_top[b] = -1e300;
+        f->bin_grain[b] = -1;
+    }
+    for (int32_t id = 0; id < g->n; id++) {
+        const int32_t k = place[id];
+        const double x = g->x[k], r = g->radius[k];
+        const int32_t first = (int32_t)ceil((x - r) / width - 0.5);
+        const int32_t last = (int32_t)floor((x + r) / width - 0.5);
+        for (int32_t b = first; b <= last; b++) {
+            const int32_t bin = ((b % f->n_bins) + f->n_bins) % f->n_bins;
+            const double off = (b + 0.5) * width - x;
+            const double top = g->z[k] + sqrt(r * r > off * off ? r * r - off * off : 0.0);
+            if (top > f->bin_top[bin]) {
+                f->bin_top[bin] = top;
+                f->bin_grain[bin] = k;
+            }
+        }
+    }
+}
+
+/* tau_b L d, shared over the exposed grains by the width that each shows. */
+static void push_exposed(ry_flow *f, ry_grains *g, const int32_t *place, double tau)
+{
+    find_exposed(f, g, place);
+    memset(g->push, 0, (size_t)g->n * sizeof *g->push);
+    const double share = tau * f->length * f->d / f->n_bins;
+    for (int32_t b = 0; b < f->n_bins; b++) {
+        if (f->bin_grain[b] >= 0) {
+            g->push[f->bin_grain[b]] += share;
+        }
+    }
+}
+
+/* ---- advance --------------------------------------------------------------------------------- */
+
+/* Mean of a row of cells over a sphere of mean diameter centred at a face. */
+static double mean_over_grain(const ry_column *c, const double *row, int32_t face, double d)
+{
+    const double z = face * c->dz, r = 0.5 * d;
+    const ry_span span = ry_slice_span(z, r, 1.0 / c->dz, c->nz);
+    double sum = 0.0, below = ry_slice_below((span.first * c->dz - z) / r);
+    for (int32_t k = span.first; k <= span.last; k++) {
+        const double above = ry_slice_below(((k + 1) * c->dz - z) / r);
+        sum += row[k] * (above - below);
+        below = above;
+    }
+    const double cut = 1.0 - below; /* what sticks out at the top sees the topmost cell */
+    return sum + (span.last == c->nz - 1 ? cut * row[c->nz - 1] : 0.0);
+}
+
+void ry_flow_refresh(ry_flow *f, const ry_state *state)
+{
+    const ry_column *const c = &state->column;
+    for (int32_t k = 0; k <= c->nz; k++) {
+        f->u[k] = mean_over_grain(c, c->u, k, f->d);
+        f->gradient[k] = f->model == RY_FLOW_BALANCE ? mean_over_grain(c, c->gradient, k, f->d) : 0.0;
+        const double phi = mean_over_grain(c, c->phi, k, f->d);
+        const double open = 1.0 - (phi < 0.75 ? phi : 0.75);
+        f->hinder[k] = f->hindrance > 0.0 ? ry_pow(open, -f->hindrance) : 1.0;
+    }
+}
+
+void ry_flow_advance(ry_flow *f, ry_state *state, const ry_motion *m, const int32_t *place)
+{
+    ry_column *const c = &state->column;
+    const double tau = ry_flow_stress(f, state->step);
+    sum_grains(f, state, m, place);
+    average_phi(f, c, state->step);
+    c->bed_level = ry_flow_bed_level(c->phi, c->nz, c->dz, f->d);
+    if (state->step >= f->step_start) {
+        if (f->model == RY_FLOW_BALANCE) {
+            advance_balance(f, c, tau);
+            stress_gradient(f, c, tau);
+        } else if (f->model == RY_FLOW_LOG) {
+            impose_log(f, c, tau);
+        } else if (f->model == RY_FLOW_STRESS) {
+            push_exposed(f, &state->grains, place, tau);
+        }
+    }
+    ry_flow_refresh(f, state);
+}

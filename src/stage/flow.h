@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * The fluid. sample: what it does to each grain, every step. advance: what the grains do to it, every
+ * `advance` steps: the column's solid fraction, bed level, velocity and stress.
+ *
+ * Drag is relaxed implicitly together with gravity, v' = (v + b u + g)/(1 + b), b = rate dt/m, so that
+ * it sets no limit to dt and the terminal velocity is exact; contacts act outside of it, unscaled. */
+#ifndef RY_STAGE_FLOW_H
+#define RY_STAGE_FLOW_H
+
+#include "stage/motion.h"
+#include "store/state.h"
+
+/* The order of ry_fluid, ry_drag and ry_mixing in ryusa/config.h. */
+typedef enum { RY_FLOW_NONE, RY_FLOW_STRESS, RY_FLOW_LOG, RY_FLOW_BALANCE } ry_flow_model;
+typedef enum { RY_FLOW_DALLAVALLE, RY_FLOW_SCHILLER, RY_FLOW_FERGUSON } ry_flow_drag;
+typedef enum { RY_FLOW_LI_SAWAMOTO, RY_FLOW_DURAN } ry_flow_mixing;
+
+/* von Karman's constant; the solid fraction at which Li & Sawamoto's mixing length stops growing
+ * (Maurin et al. 2015: 0.61). */
+#define RY_FLOW_KAPPA 0.41
+#define RY_FLOW_PHI_MAX 0.61
+
+typedef struct ry_flow {
+    ry_flow_model model;
+    ry_flow_drag drag;
+    ry_flow_mixing mixing;
+    int threads, advance;        /* steps between advances */
+    int64_t step_start, step_boost; /* the fluid starts; its extra start stress ends */
+    double tau, tau_start;       /* bed shear stress, and while it starts [Pa] */
+    double density, viscosity;   /* [kg/m^3], kinematic [m^2/s] */
+    double drag_coefficient, hindrance, lift, roughness;
+    double d, length, dt;        /* mean diameter = slab width; domain; step [m, m, s] */
+    int32_t nz;                  /* cells of the column, and their height [m] */
+    double dz;
+    double *area;                /* pi/8 rho_f d^2 of each grain [kg/m] */
+    double *viscous;             /* nu/d of each grain [m/s] */
+    double *volume;              /* [m^3] */
+
+    /* What the grains see, at the nz + 1 faces of the cells: made from the column at each advance. */
+    double *u, *gradient, *hinder;
+    /* What an advance sums over the grains: rows of nz, one set per block of ids, then the total. */
+    double *sums;
+    int32_t n_blocks;
+    double *work; /* 5 nz: scratch of the column solver */
+    int32_t n_bins; /* of the exposure count, model stress */
+    double *bin_top;
+    int32_t *bin_grain;
+} ry_flow;
+
+ry_status ry_flow_create(ry_flow *flow, const ry_state *state, ry_error *error);
+void ry_flow_free(ry_flow *flow);
+
+/* The bed shear stress in force at a step [Pa]. */
+double ry_flow_stress(const ry_flow *flow, int64_t step);
+
+/* Makes the tables from the column: after creation and after a checkpoint is read. */
+void ry_flow_refresh(ry_flow *flow, const ry_state *state);
+
+/* Fills motion->gx, gz. */
+void ry_flow_sample(const ry_flow *flow, const ry_grains *grains, ry_motion *motion);
+
+/* `place`: storage index of an id. */
+void ry_flow_advance(ry_flow *flow, ry_state *state, const ry_motion *motion, const int32_t *place);
+
+/* Height at which the solid fraction, averaged over a diameter, falls to half of its largest [m]. */
+double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d);
+
+/* Fluid stress on the planes through the cell centres, by the closure of model balance [Pa]. */
+void ry_flow_shear(const ry_flow *flow, const ry_column *column, double tau, double *out);
+
+#endif

@@ -1,0 +1,210 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors */
+#include "stage/measure.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/parallel.h"
+#include "stage/slices.h"
+
+/* Rows of a block's sums; STEP holds what the stress changes from one plane to the next above. */
+enum { ROW_PHI, ROW_MOVING, ROW_TRANSPORT, ROW_STEP, ROW_SLICE, ROW_FLUID_STEP, ROW_COUNT };
+
+static double **rows_of(ry_measure *m, double **rows)
+{
+    double *const all[] = {m->phi, m->moving, m->transport, m->tau_grain, m->u_fluid, m->tau_fluid};
+    memcpy(rows, all, sizeof all);
+    return rows;
+}
+enum { N_ROWS = 6 };
+
+ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length, double d, int threads,
+                            ry_error *error)
+{
+    const size_t nz = (size_t)state->column.nz;
+    *m = (ry_measure){.nz = state->column.nz, .dz = state->column.dz, .length = length, .d = d,
+                      .threads = threads,
+                      .n_blocks = (state->grains.n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK};
+    double **const rows[] = {&m->phi, &m->moving, &m->transport, &m->tau_grain, &m->u_fluid, &m->tau_fluid};
+    for (int r = 0; r < N_ROWS; r++) {
+        *rows[r] = ry_array(nz, sizeof(double));
+        if (*rows[r] == NULL) {
+            return ry_no_memory(error, nz * sizeof(double));
+        }
+    }
+    m->sums = ry_array(((size_t)m->n_blocks + 1) * ROW_COUNT * nz, sizeof(double));
+    return m->sums != NULL ? RY_OK : ry_no_memory(error, (size_t)m->n_blocks * ROW_COUNT * nz * 8);
+}
+
+void ry_measure_free(ry_measure *m)
+{
+    double *rows[N_ROWS];
+    rows_of(m, rows);
+    for (int r = 0; r < N_ROWS; r++) {
+        free(rows[r]);
+    }
+    free(m->sums);
+    *m = (ry_measure){0};
+}
+
+void ry_measure_clear(ry_measure *m)
+{
+    double *rows[N_ROWS];
+    rows_of(m, rows);
+    for (int r = 0; r < N_ROWS; r++) {
+        memset(rows[r], 0, (size_t)m->nz * sizeof(double));
+    }
+    m->samples = 0;
+}
+
+/* ---- one grain ------------------------------------------------------------------------------- */
+
+static void add_volumes(const ry_measure *m, double *sums, double z, double r, double vx, int moving)
+{
+    const double volume = 4.0 / 3.0 * M_PI * r * r * r;
+    const ry_span span = ry_slice_span(z, r, 1.0 / m->dz, m->nz);
+    double below = ry_slice_below((span.first * m->dz - z) / r);
+    for (int32_t k = span.first; k <= span.last; k++) {
+        const double above = ry_slice_below(((k + 1) * m->dz - z) / r);
+        const double part = volume * (above - below);
+        sums[ROW_PHI * m->nz + k] += part;
+        if (moving) {
+            sums[ROW_MOVING * m->nz + k] += part;
+            sums[ROW_TRANSPORT * m->nz + k] += part * vx;
+        }
+        below = above;
+    }
+}
+
+/* Planes through the cell centres. `contact`, `fluid`: forces along x; `flux`: m u w. */
+static void add_stress(const ry_measure *m, double *sums, double z, double r, double contact,
+                       double fluid, double flux)
+{
+    const ry_span span = ry_slice_span(z - 0.5 * m->dz, r, 1.0 / m->dz, m->nz);
+    const int32_t from = span.first > 0 ? span.first : 0;
+    double above = 1.0; /* part of the grain above the plane before */
+    for (int32_t k = from; k <= span.last + 1; k++) {
+        const double t = ((k + 0.5) * m->dz - z) / r;
+        const double here = k > span.last ? 0.0 : 1.0 - ry_slice_below(t);
+        if (k > 0) { /* between the planes k-1 and k */
+            const int32_t plane = k - 1 < m->nz ? k - 1 : m->nz - 1;
+            sums[ROW_STEP * m->nz + plane] += contact * (above - here);
+            sums[ROW_FLUID_STEP * m->nz + plane] += fluid * (above - here);
+        }
+        if (k <= span.last && t > -1.0 && t < 1.0) {
+            sums[ROW_SLICE * m->nz + k] += flux * 0.75 / r * (1.0 - t * t);
+        }
+        above = here;
+    }
+}
+
+static void sum_block(const ry_measure *m, const ry_state *state, const ry_motion *motion,
+                      const int32_t *place, int32_t block)
+{
+    const ry_grains *const g = &state->grains;
+    double *const sums = m->sums + (size_t)block * ROW_COUNT * (size_t)m->nz;
+    const int32_t first = block * RY_SUM_BLOCK;
+    const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
+    memset(sums, 0, ROW_COUNT * (size_t)m->nz * sizeof *sums);
+    for (int32_t id = first; id < end; id++) {
+        const int32_t k = place[id];
+        const double im = motion->im[k];
+        add_volumes(m, sums, g->z[k], g->radius[k], g->vx[k], im != 0.0);
+        if (im != 0.0) {
+            add_stress(m, sums, g->z[k], g->radius[k], motion->cx[k] / motion->dt,
+                       motion->gx[k] / (im * motion->dt), g->vx[k] * g->vz[k] / im);
+        }
+    }
+}
+
+/* ---- all grains ------------------------------------------------------------------------------ */
+
+static const double *sum_grains(const ry_measure *m, const ry_state *state, const ry_motion *motion,
+                                const int32_t *place)
+{
+    const int threads = m->threads;
+    const int32_t n_blocks = m->n_blocks;
+    const size_t width = ROW_COUNT * (size_t)m->nz;
+#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
+    for (int32_t block = 0; block < n_blocks; block++) {
+        sum_block(m, state, motion, place, block);
+    }
+    double *const total = m->sums + (size_t)n_blocks * width;
+    memset(total, 0, width * sizeof *total);
+    for (int32_t block = 0; block < n_blocks; block++) {
+        for (size_t k = 0; k < width; k++) {
+            total[k] += m->sums[(size_t)block * width + k];
+        }
+    }
+    return total;
+}
+
+void ry_measure_add(ry_measure *m, const ry_state *state, const ry_motion *motion, const int32_t *place,
+                    const double *tau_fluid, double tau_bed)
+{
+    const double *const total = sum_grains(m, state, motion, place);
+    const double per_area = 1.0 / (m->length * m->d), per_cell = per_area / m->dz;
+    double contact = 0.0, fluid = 0.0;
+    for (int32_t k = m->nz - 1; k >= 0; k--) {
+        contact += total[ROW_STEP * m->nz + k];
+        fluid += total[ROW_FLUID_STEP * m->nz + k];
+        m->phi[k] += total[ROW_PHI * m->nz + k] * per_cell;
+        m->moving[k] += total[ROW_MOVING * m->nz + k] * per_cell;
+        m->transport[k] += total[ROW_TRANSPORT * m->nz + k] * per_cell;
+        m->tau_grain[k] -= (contact + total[ROW_SLICE * m->nz + k]) * per_area;
+        m->tau_fluid[k] += tau_fluid != NULL ? tau_fluid[k] : tau_bed - fluid * per_area;
+        m->u_fluid[k] += state->column.u[k];
+    }
+    m->samples++;
+}
+
+ry_measure_sums ry_measure_grains(const ry_state *state, const ry_motion *motion, const int32_t *place)
+{
+    const ry_grains *const g = &state->grains;
+    ry_measure_sums sums = {.finite = 1, .fastest_grain = -1};
+    for (int32_t first = 0; first < g->n; first += RY_SUM_BLOCK) {
+        const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
+        double transport = 0.0, kinetic = 0.0, gravity = 0.0;
+        for (int32_t id = first; id < end; id++) {
+            const int32_t k = place[id];
+            const double im = motion->im[k], r = g->radius[k];
+            const double v2 = g->vx[k] * g->vx[k] + g->vz[k] * g->vz[k];
+            const double way = sqrt(v2) * motion->dt / (2.0 * r);
+            if (!(v2 + fabs(g->x[k]) + fabs(g->z[k]) + fabs(g->spin[k]) < 1e300)) {
+                sums.finite = 0;
+                sums.fastest_grain = k;
+            }
+            if (way > sums.fastest) {
+                sums.fastest = way;
+                sums.fastest_grain = sums.finite ? k : sums.fastest_grain;
+            }
+            if (im != 0.0) {
+                const double inertia = r / motion->spin_gain[k];
+                transport += 4.0 / 3.0 * M_PI * r * r * r * g->vx[k];
+                kinetic += 0.5 * (v2 / im + inertia * g->spin[k] * g->spin[k]);
+                gravity -= motion->weight[k] / (im * motion->dt) * g->z[k];
+            }
+        }
+        sums.transport += transport;
+        sums.kinetic += kinetic;
+        sums.gravity += gravity;
+    }
+    return sums;
+}
+
+double ry_measure_total(const double *values, const int32_t *place, int32_t n)
+{
+    double total = 0.0;
+    for (int32_t first = 0; first < n; first += RY_SUM_BLOCK) {
+        const int32_t end = first + RY_SUM_BLOCK < n ? first + RY_SUM_BLOCK : n;
+        double sum = 0.0;
+        for (int32_t id = first; id < end; id++) {
+            sum += values[place[id]];
+        }
+        total += sum;
+    }
+    return total;
+}

@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * Sums over the grains, for the series and profiles. Nothing here changes the state. */
+#ifndef RY_STAGE_MEASURE_H
+#define RY_STAGE_MEASURE_H
+
+#include "stage/motion.h"
+#include "store/state.h"
+
+/* Running sums of profiles since ry_measure_clear; rows of nz. */
+typedef struct ry_measure {
+    int32_t nz, n_blocks;
+    double dz, length, d; /* [m] */
+    int threads;
+    int64_t samples;
+    double *phi;         /* solid fraction, all grains */
+    double *moving;      /* solid fraction of the grains that can move */
+    double *transport;   /* moving x velocity [m/s] */
+    double *tau_grain;   /* [Pa] */
+    double *u_fluid;     /* [m/s] */
+    double *tau_fluid;   /* [Pa] */
+    double *sums;        /* scratch */
+} ry_measure;
+
+ry_status ry_measure_create(ry_measure *measure, const ry_state *state, double length, double d,
+                            int threads, ry_error *error);
+void ry_measure_free(ry_measure *measure);
+void ry_measure_clear(ry_measure *measure);
+
+/* Adds one sample. The stress of the grains on the plane at z is exact, not binned: with A_i(z) the
+ * part of grain i above z and w_i its slice at z,
+ *
+ *     tau_g(z) = -1/(L d) sum_i [ A_i F_i + m_i u_i w_i ],
+ *
+ * F_i the sum of the grain's contact forces along x. Momentum above z then changes by nothing but
+ * tau_g and the fluid's force on the slices above (method of planes, Todd, Evans & Daivis 1995, with
+ * each grain's mass spread over its volume). m_i includes the added mass.
+ * tau_fluid: nz values at the cell centres; NULL: balance of the forces on the grains below tau_b. */
+void ry_measure_add(ry_measure *measure, const ry_state *state, const ry_motion *motion,
+                    const int32_t *place, const double *tau_fluid, double tau_bed);
+
+/* sum of V u over the grains that can move [m^4/s], and their kinetic and gravity energy [J]. */
+typedef struct ry_measure_sums {
+    double transport, kinetic, gravity;
+    int finite; /* 0: some position or velocity is not a number */
+    double fastest; /* largest way of a grain in a step, in its own diameters */
+    int32_t fastest_grain; /* storage index */
+} ry_measure_sums;
+ry_measure_sums ry_measure_grains(const ry_state *state, const ry_motion *motion, const int32_t *place);
+
+/* Sum of a per-grain array in ascending id, in fixed blocks. */
+double ry_measure_total(const double *values, const int32_t *place, int32_t n);
+
+#endif

@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors */
+#include "stage/motion.h"
+
+#include <stdlib.h>
+
+#include "base/memory.h"
+#include "base/parallel.h"
+
+ry_status ry_motion_create(ry_motion *m, int32_t n, int moves, ry_error *error)
+{
+    double **const arrays[] = {&m->im, &m->tm, &m->spin_gain, &m->gx, &m->gz, &m->weight,
+                               &m->cx, &m->cz, &m->ct,        &m->sx, &m->sz};
+    const size_t count = sizeof arrays / sizeof *arrays - (moves ? 0 : 2);
+    m->moves = moves;
+    for (size_t k = 0; k < count; k++) {
+        *arrays[k] = ry_array((size_t)n + RY_MAX_WALLS, sizeof(double));
+        if (*arrays[k] == NULL) {
+            return ry_no_memory(error, (size_t)n * sizeof(double));
+        }
+    }
+    return RY_OK;
+}
+
+void ry_motion_free(ry_motion *m)
+{
+    double *const arrays[] = {m->im, m->tm, m->spin_gain, m->gx, m->gz, m->weight,
+                              m->cx, m->cz, m->ct,        m->sx, m->sz};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+        free(arrays[k]);
+    }
+    *m = (ry_motion){0};
+}
+
+/* ---- gather --------------------------------------------------------------------------------- */
+
+/* Ascending id of the partner: those with lower ids (where the grain is the partner of the pair), its
+ * own row, then the walls. */
+static void gather_range(const ry_motion *m, const ry_pairs *pairs, int32_t begin, int32_t end)
+{
+    const double *const px = pairs->px, *const pz = pairs->pz, *const pt = pairs->pt;
+    for (int32_t k = begin; k < end; k++) {
+        double x = 0.0, z = 0.0, t = 0.0;
+        for (int32_t b = pairs->below_start[k]; b < pairs->below_start[k + 1]; b++) {
+            const int32_t p = pairs->below[b];
+            x -= px[p];
+            z -= pz[p];
+            t += pt[p];
+        }
+        for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
+            x += px[p];
+            z += pz[p];
+            t += pt[p];
+        }
+        m->cx[k] = x;
+        m->cz[k] = z;
+        m->ct[k] = t;
+    }
+}
+
+static void gather_walls(const ry_motion *m, const ry_pairs *pairs)
+{
+    for (int32_t p = pairs->n_inner; p < pairs->n; p++) { /* wall by wall, so in ascending id */
+        const int32_t k = pairs->i[p];
+        m->cx[k] += pairs->px[p];
+        m->cz[k] += pairs->pz[p];
+        m->ct[k] += pairs->pt[p];
+    }
+}
+
+static void gather_shifts(const ry_motion *m, const ry_pairs *pairs)
+{
+    for (int32_t k = 0; k < pairs->n_grains; k++) {
+        double x = 0.0, z = 0.0;
+        for (int32_t b = pairs->below_start[k]; b < pairs->below_start[k + 1]; b++) {
+            x -= pairs->sx[pairs->below[b]];
+            z -= pairs->sz[pairs->below[b]];
+        }
+        for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
+            x += pairs->sx[p];
+            z += pairs->sz[p];
+        }
+        m->sx[k] = x;
+        m->sz[k] = z;
+    }
+    for (int32_t p = pairs->n_inner; p < pairs->n; p++) {
+        m->sx[pairs->i[p]] += pairs->sx[p];
+        m->sz[pairs->i[p]] += pairs->sz[p];
+    }
+}
+
+void ry_motion_gather(const ry_motion *m, const ry_grains *g, const ry_pairs *pairs)
+{
+    const int threads = m->threads;
+#pragma omp parallel for num_threads(threads) schedule(static, 1) if (threads > 1)
+    for (int t = 0; t < threads; t++) {
+        gather_range(m, pairs, (int32_t)((int64_t)g->n * t / threads),
+                     (int32_t)((int64_t)g->n * (t + 1) / threads));
+    }
+    gather_walls(m, pairs);
+    if (m->moves) {
+        gather_shifts(m, pairs);
+    }
+}
+
+/* ---- integrate ------------------------------------------------------------------------------ */
+
+/* The drift of one grain over a step. */
+RY_INLINE double drift(double v, double after, int touched, double dt)
+{
+    return (touched ? after : 0.5 * (v + after)) * dt;
+}
+
+RY_CLONES static double integrate_range(const ry_motion *m, ry_grains *g, double *restrict x0,
+                                        const double *restrict z0, int32_t begin, int32_t end)
+{
+    double *restrict const x = g->x, *restrict const z = g->z, *restrict const vx = g->vx;
+    double *restrict const vz = g->vz, *restrict const spin = g->spin;
+    int32_t *restrict const image = g->image;
+    const double *restrict const im = m->im, *restrict const cx = m->cx, *restrict const cz = m->cz;
+    const double *restrict const ct = m->ct, *restrict const gain = m->spin_gain;
+    const double *restrict const gx = m->gx, *restrict const gz = m->gz;
+    const double dt = m->dt, length = m->periodic ? m->length : 0.0;
+    const double right = m->periodic ? m->length : 1e300;
+    const double left = m->periodic ? 0.0 : -1e300;
+    double longest = 0.0;
+    for (int32_t k = begin; k < end; k++) {
+        const int touched = (cx[k] != 0.0) | (cz[k] != 0.0);
+        const double ux = vx[k] + cx[k] * im[k] + gx[k];
+        const double uz = vz[k] + cz[k] * im[k] + gz[k];
+        double xn = x[k] + drift(vx[k], ux, touched, dt);
+        const double zn = z[k] + drift(vz[k], uz, touched, dt);
+        vx[k] = ux;
+        vz[k] = uz;
+        spin[k] += ct[k] * gain[k];
+        const double run_x = xn - x0[k], run_z = zn - z0[k];
+        const double run = run_x * run_x + run_z * run_z;
+        longest = run > longest ? run : longest;
+        const double in = xn < left ? length : 0.0; /* came in at the right end */
+        xn += in;
+        const double out = xn >= right ? length : 0.0;
+        xn -= out;
+        x[k] = xn;
+        z[k] = zn;
+        x0[k] += in - out;
+        image[k] += (out != 0.0) - (in != 0.0);
+    }
+    return longest;
+}
+
+static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t end)
+{
+    for (int32_t k = begin; k < end; k++) {
+        g->x[k] += m->sx[k] * m->im[k];
+        g->z[k] += m->sz[k] * m->im[k];
+    }
+}
+
+/* Work of the fluid: its impulse times the mean velocity of the step, exact for the kinetic energy.
+ * Called before integrate. */
+static void book_fluid_work(const ry_motion *m, const ry_grains *g, int32_t begin, int32_t end)
+{
+    for (int32_t k = begin; k < end; k++) {
+        if (m->im[k] == 0.0) {
+            continue;
+        }
+        const double mean_x = g->vx[k] + 0.5 * (m->cx[k] * m->im[k] + m->gx[k]);
+        const double mean_z = g->vz[k] + 0.5 * (m->cz[k] * m->im[k] + m->gz[k]);
+        m->fluid_work[k] += (m->gx[k] * mean_x + (m->gz[k] - m->weight[k]) * mean_z) / m->im[k];
+    }
+}
+
+double ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const double *z0)
+{
+    const int threads = m->threads;
+    double longest = 0.0;
+#pragma omp parallel for num_threads(threads) schedule(static, 1) reduction(max : longest) if (threads > 1)
+    for (int t = 0; t < threads; t++) {
+        const int32_t begin = (int32_t)((int64_t)g->n * t / threads);
+        const int32_t end = (int32_t)((int64_t)g->n * (t + 1) / threads);
+        if (m->fluid_work != NULL) {
+            book_fluid_work(m, g, begin, end);
+        }
+        if (m->moves) {
+            shift_range(m, g, begin, end);
+        }
+        const double run = integrate_range(m, g, x0, z0, begin, end);
+        longest = run > longest ? run : longest;
+    }
+    return longest;
+}

@@ -1,0 +1,38 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * gather: each grain adds the impulses of its contacts. integrate: velocities, then positions.
+ *
+ * One step is   v' = v + (contacts + gravity + fluid) dt/m,   x' = x + shift + v' dt,
+ * but a grain that no contact pushes drifts with the mean (v + v')/2: its flight under constant
+ * acceleration is then exact, and so is its energy. A grain in contact must use v': with the mean, a
+ * grain at rest would have to carry -g dt/2 for ever. */
+#ifndef RY_STAGE_MOTION_H
+#define RY_STAGE_MOTION_H
+
+#include "store/pairs.h"
+#include "store/state.h"
+
+typedef struct ry_motion {
+    int threads, periodic, moves, n_walls;
+    double dt, length;
+    double *im;        /* n + RY_MAX_WALLS: inverse mass with added mass; 0: immovable [1/kg] */
+    double *tm;        /* n + RY_MAX_WALLS: im + r^2/I [1/kg] */
+    double *spin_gain; /* r/I: angular velocity per tangential impulse [1/(kg m)] */
+    double *gx, *gz;   /* velocity change of a step by gravity and fluid [m/s] */
+    double *weight;    /* the part of gz that is gravity less buoyancy [m/s] */
+    double *cx, *cz, *ct; /* impulses of all contacts of a grain; ct: angular, per radius [N s] */
+    double *sx, *sz;   /* shift/im of all contacts; NULL unless the law moves [kg m] */
+    double *fluid_work; /* with ledger and fluid, else NULL [J] */
+} ry_motion;
+
+ry_status ry_motion_create(ry_motion *motion, int32_t n, int moves, ry_error *error);
+void ry_motion_free(ry_motion *motion);
+
+void ry_motion_gather(const ry_motion *motion, const ry_grains *grains, const ry_pairs *pairs);
+
+/* x0, z0: where the neighbour list was made; they wrap with x. Returns the square of the longest way
+ * that a grain has gone since then [m^2]. */
+double ry_motion_integrate(const ry_motion *motion, ry_grains *grains, double *x0, const double *z0);
+
+#endif
