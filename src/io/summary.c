@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * What a run found and what it cost: /observables/flux, /observables/profile and /cost; and the mean
+ * of the profiles, made from the file so that they needn't stay in memory. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "io/result_private.h"
+#include "io/series.h"
+
+#define FLUX "observables/flux"
+#define COST "cost"
+
+static int write_flux(hid_t file, const ry_summary *summary)
+{
+    const char *const method = summary->equilibration_method;
+    return ry_h5_make_group(file, FLUX) == 0 &&
+                   ry_h5_set_number(file, FLUX, "q_star_mean", summary->q_star_mean) == 0 &&
+                   ry_h5_set_number(file, FLUX, "q_star_standard_error",
+                                    summary->q_star_standard_error) == 0 &&
+                   ry_h5_set_number(file, FLUX, "autocorrelation_time",
+                                    summary->autocorrelation_time) == 0 &&
+                   ry_h5_set_text(file, FLUX, "autocorrelation_time.unit", "s") == 0 &&
+                   ry_h5_set_integer(file, FLUX, "samples", summary->samples) == 0 &&
+                   ry_h5_set_number(file, FLUX, "equilibration_time",
+                                    summary->equilibration_time) == 0 &&
+                   ry_h5_set_text(file, FLUX, "equilibration_time.unit", "s") == 0 &&
+                   ry_h5_set_text(file, FLUX, "equilibration_method", method != NULL ? method : "") == 0 &&
+                   ry_h5_set_integer(file, FLUX, "stopped_early", summary->stopped_early) == 0 &&
+                   ry_h5_set_text(file, FLUX, "convention", RY_CONVENTION) == 0
+               ? 0
+               : -1;
+}
+
+static int write_row(hid_t file, const char *path, const char *unit, const char *text, int nz,
+                     const double *values)
+{
+    const ry_h5_shape shape = {H5T_NATIVE_DOUBLE, 1, {(hsize_t)nz}};
+    return ry_h5_write(file, path, &shape, values) == 0 &&
+                   ry_h5_set_unit(file, path, unit) == 0 &&
+                   ry_h5_set_text(file, path, "description", text) == 0
+               ? 0
+               : -1;
+}
+
+static int write_heights(hid_t file, const char *path, int nz, double dz)
+{
+    double *const z = ry_array((size_t)nz, sizeof *z);
+    if (z == NULL) {
+        return -1;
+    }
+    for (int k = 0; k < nz; ++k) {
+        z[k] = (k + 0.5) * dz;
+    }
+    const int written = write_row(file, path, "m", "height of the centre of the cell", nz, z);
+    free(z);
+    return written;
+}
+
+static int write_profile(hid_t file, const ry_summary *summary)
+{
+    const ry_profile *const profile = &summary->profile;
+    if (profile->nz <= 0) {
+        return 0;
+    }
+    if (write_heights(file, "observables/profile/z", profile->nz, profile->dz) != 0) {
+        return -1;
+    }
+#define WRITE(name, unit, text)                                                              \
+    if (write_row(file, "observables/profile/" #name, unit, text, profile->nz, profile->name) != 0) { \
+        return -1;                                                                           \
+    }
+    RY_LIST_profile(WRITE)
+#undef WRITE
+    return ry_h5_set_integer(file, "observables/profile", "frames", summary->n_profiles_averaged);
+}
+
+static int write_cost(hid_t file, const ry_cost *cost)
+{
+    int failed = ry_h5_make_group(file, COST) != 0 || ry_h5_make_group(file, COST "/stages") != 0 ||
+                 ry_h5_set_number(file, COST, "wall_seconds", cost->wall_seconds) != 0 ||
+                 ry_h5_set_number(file, COST, "grain_steps_per_second", cost->grain_steps_per_second) != 0 ||
+                 ry_h5_set_integer(file, COST, "rebuilds", cost->rebuilds) != 0 ||
+                 ry_h5_set_integer(file, COST, "threads", cost->threads) != 0;
+    for (int k = 0; k < cost->n_stages && !failed; ++k) {
+        failed = ry_h5_set_number(file, COST "/stages", cost->stage_name[k], cost->stage_seconds[k]) != 0;
+    }
+    return failed ? -1 : 0;
+}
+
+ry_status ry_result_summary(ry_result *result, const ry_summary *summary, const ry_cost *cost,
+                            ry_error *error)
+{
+    ry_h5 file;
+    if (result->broken) {
+        return ry_fail(error, RY_BAD_FILE, "%s: writing failed before", result->part);
+    }
+    RY_TRY(ry_h5_open(&file, result->part, result->fd, RY_H5_CHANGE, error));
+    const int failed = (summary != NULL && (write_flux(file.id, summary) != 0 ||
+                                            write_profile(file.id, summary) != 0)) ||
+                       (cost != NULL && write_cost(file.id, cost) != 0);
+    const ry_status status = ry_h5_close(&file, failed, "write the summary", error);
+    result->broken = status != RY_OK;
+    return status;
+}
+
+/* --- mean profile --- */
+
+typedef struct sum {
+    double *total, *row; /* both nz long */
+    int64_t count;
+} sum;
+
+static void add_row(sum *mean, int nz, const double *row)
+{
+    for (int k = 0; k < nz; ++k) {
+        mean->total[k] += row[k];
+    }
+    ++mean->count;
+}
+
+/* Rows of column `k` that are in the file, then those in memory: the order in which they were made,
+ * however often the run was interrupted. */
+static void add_rows(const ry_result *result, hid_t file, int k, double time, sum *mean)
+{
+    const ry_table *const table = &result->profiles;
+    const ry_table_column *const column = &table->column[k];
+    char path[200];
+    snprintf(path, sizeof path, "%s/value", column->path);
+    ry_h5_shape shape = {.rank = 0};
+    const int64_t rows = file >= 0 && ry_h5_get_shape(file, path, &shape) == 0 ? (int64_t)shape.size[0] : 0;
+    for (int64_t row = 0; row < rows; ++row) {
+        double at = 0.0;
+        if (ry_h5_read_rows(file, "observables/profile_series/phi/time", H5T_NATIVE_DOUBLE,
+                            (hsize_t)row, 1, &at) == 0 && at > time &&
+            ry_h5_read_rows(file, path, H5T_NATIVE_DOUBLE, (hsize_t)row, 1, mean->row) == 0) {
+            add_row(mean, result->nz, mean->row);
+        }
+    }
+    for (int64_t row = 0; row < table->rows; ++row) {
+        if (table->time[row] > time) {
+            add_row(mean, result->nz, (const double *)column->data + row * result->nz);
+        }
+    }
+}
+
+static double *mean_of_column(ry_result *result, hid_t file, int k, double time, int64_t *count)
+{
+    double *const total = result->mean + (size_t)k * (size_t)result->nz;
+    memset(total, 0, (size_t)result->nz * sizeof *total);
+    sum mean = {total, result->mean + RY_TABLE_COLUMNS * (size_t)result->nz, 0};
+    add_rows(result, file, k, time, &mean);
+    for (int j = 0; j < result->nz && mean.count > 0; ++j) {
+        total[j] /= (double)mean.count;
+    }
+    *count = mean.count;
+    return total;
+}
+
+ry_profile ry_result_mean_profile(ry_result *result, double time, long long *n_averaged)
+{
+    ry_profile profile = {0};
+    int64_t count = 0;
+    *n_averaged = 0;
+    if (result->nz == 0) {
+        return profile;
+    }
+    if (result->mean == NULL) {
+        result->mean = ry_array((RY_TABLE_COLUMNS + 1) * (size_t)result->nz, sizeof(double));
+    }
+    if (result->mean == NULL) {
+        return profile;
+    }
+    ry_h5 file = {.id = -1};
+    const int opened = ry_h5_open(&file, result->part, result->fd, RY_H5_READ, NULL) == RY_OK;
+    int column = 0;
+#define MEAN(name, unit, text) \
+    profile.name = mean_of_column(result, file.id, column++, time, &count);
+    RY_LIST_profile(MEAN)
+#undef MEAN
+    if (opened) {
+        ry_h5_close(&file, 1, "", NULL);
+    }
+    *n_averaged = count;
+    profile.dz = result->dz;
+    profile.nz = count > 0 ? result->nz : 0;
+    return profile;
+}

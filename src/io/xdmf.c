@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * OUT.xdmf: tells ParaView and VisIt where in OUT.h5 the frames lie. It names the file without its
+ * folder, so that both can be moved together. */
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "base/memory.h"
+#include "io/result_private.h"
+
+typedef struct frames {
+    const char *h5; /* name without folder */
+    int64_t n, count;
+    double *time;
+} frames;
+
+/* Text as XML wants it. */
+static void put_escaped(FILE *stream, const char *text)
+{
+    for (; *text != '\0'; ++text) {
+        switch (*text) {
+        case '&': fputs("&amp;", stream); break;
+        case '<': fputs("&lt;", stream); break;
+        case '>': fputs("&gt;", stream); break;
+        case '"': fputs("&quot;", stream); break;
+        default: fputc((unsigned char)*text < ' ' ? ' ' : *text, stream);
+        }
+    }
+}
+
+static void put_file(FILE *stream, const frames *all, const char *path)
+{
+    put_escaped(stream, all->h5);
+    fprintf(stream, ":/particles/grains/%s</DataItem>\n", path);
+}
+
+/* Row `frame` of an array [frame][n][components]; components 1: of [frame][n]. */
+static void put_row(FILE *stream, const frames *all, int64_t frame, const char *path, int components)
+{
+    const long long n = all->n, count = all->count, at = frame;
+    if (components == 1) {
+        fprintf(stream, "          <DataItem ItemType=\"HyperSlab\" Dimensions=\"%lld\">\n", n);
+        fprintf(stream, "            <DataItem Dimensions=\"3 2\" Format=\"XML\">%lld 0 1 1 1 %lld</DataItem>\n",
+                at, n);
+        fprintf(stream, "            <DataItem Dimensions=\"%lld %lld\"", count, n);
+    } else {
+        fprintf(stream, "          <DataItem ItemType=\"HyperSlab\" Dimensions=\"%lld 2\">\n", n);
+        fprintf(stream, "            <DataItem Dimensions=\"3 3\" Format=\"XML\">%lld 0 0 1 1 1 1 %lld 2</DataItem>\n",
+                at, n);
+        fprintf(stream, "            <DataItem Dimensions=\"%lld %lld 2\"", count, n);
+    }
+    fprintf(stream, " NumberType=\"Float\" Precision=\"8\" Format=\"HDF\">");
+    put_file(stream, all, path);
+    fprintf(stream, "          </DataItem>\n");
+}
+
+static void put_attribute(FILE *stream, const frames *all, int64_t frame, const char *name,
+                          int components)
+{
+    char path[60];
+    snprintf(path, sizeof path, "%s/value", name);
+    fprintf(stream, "        <Attribute Name=\"%s\" AttributeType=\"%s\" Center=\"Node\">\n", name,
+            components == 1 ? "Scalar" : "Vector");
+    put_row(stream, all, frame, path, components);
+    fprintf(stream, "        </Attribute>\n");
+}
+
+static void put_fixed(FILE *stream, const frames *all, const char *name, const char *type)
+{
+    fprintf(stream, "        <Attribute Name=\"%s\" AttributeType=\"Scalar\" Center=\"Node\">\n", name);
+    fprintf(stream, "          <DataItem Dimensions=\"%lld\" %s Format=\"HDF\">", (long long)all->n, type);
+    put_file(stream, all, name);
+    fprintf(stream, "        </Attribute>\n");
+}
+
+static void put_frame(FILE *stream, const frames *all, int64_t frame, unsigned fields)
+{
+    fprintf(stream, "      <Grid Name=\"grains\" GridType=\"Uniform\">\n");
+    fprintf(stream, "        <Time Value=\"%.17g\"/>\n", all->time[frame]);
+    fprintf(stream, "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%lld\" NodesPerElement=\"1\"/>\n",
+            (long long)all->n);
+    fprintf(stream, "        <Geometry GeometryType=\"XY\">\n");
+    put_row(stream, all, frame, "position/value", 2);
+    fprintf(stream, "        </Geometry>\n");
+    if ((fields & RY_FIELD_VELOCITY) != 0) {
+        put_attribute(stream, all, frame, "velocity", 2);
+    }
+    if ((fields & RY_FIELD_SPIN) != 0) {
+        put_attribute(stream, all, frame, "spin", 1);
+    }
+    put_fixed(stream, all, "diameter", "NumberType=\"Float\" Precision=\"8\"");
+    put_fixed(stream, all, "density", "NumberType=\"Float\" Precision=\"8\"");
+    put_fixed(stream, all, "id", "NumberType=\"Int\" Precision=\"4\"");
+    put_fixed(stream, all, "fixed", "NumberType=\"Int\" Precision=\"4\"");
+    fprintf(stream, "      </Grid>\n");
+}
+
+static void put_all(FILE *stream, const frames *all, const ry_result *result)
+{
+    fprintf(stream, "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<Xdmf Version=\"2.0\">\n  <Domain>\n");
+    fprintf(stream, "    <Grid Name=\"");
+    put_escaped(stream, result->title[0] != '\0' ? result->title : "ryusa");
+    fprintf(stream, "\" GridType=\"Collection\" CollectionType=\"Temporal\">\n");
+    for (int64_t k = 0; k < all->count; ++k) {
+        put_frame(stream, all, k, result->fields);
+    }
+    fprintf(stream, "    </Grid>\n  </Domain>\n</Xdmf>\n");
+}
+
+static ry_status write_to(const char *path, const frames *all, const ry_result *result,
+                          ry_error *error)
+{
+    FILE *const stream = fopen(path, "w");
+    if (stream == NULL) {
+        return ry_fail(error, RY_BAD_FILE, "%s: %s", path, strerror(errno));
+    }
+    errno = 0;
+    put_all(stream, all, result);
+    const int failed = ferror(stream);
+    const int failure = fclose(stream) != 0 || failed ? (errno != 0 ? errno : EIO) : 0;
+    if (failure != 0) {
+        unlink(path);
+        return ry_fail(error, RY_BAD_FILE, "%s: %s", path, strerror(failure));
+    }
+    return RY_OK;
+}
+
+/* The times of the frames, from the file. */
+static ry_status read_times(frames *all, const char *h5_path, ry_error *error)
+{
+    static const char path[] = "particles/grains/position/time";
+    ry_h5 file;
+    ry_h5_shape shape;
+    RY_TRY(ry_h5_open(&file, h5_path, -1, RY_H5_READ, error));
+    int failed = ry_h5_get_shape(file.id, path, &shape) != 0 || shape.rank != 1;
+    all->count = failed ? 0 : (int64_t)shape.size[0];
+    all->time = ry_array((size_t)all->count, sizeof(double));
+    failed = failed || all->time == NULL ||
+             (all->count > 0 &&
+              ry_h5_read(file.id, path, H5T_NATIVE_DOUBLE, shape.size[0], all->time) != 0);
+    ry_h5_close(&file, 1, "", NULL);
+    return failed ? ry_fail(error, RY_BAD_FILE, "%s: the times of the frames can't be read", h5_path)
+                  : RY_OK;
+}
+
+/* OUT.xdmf for OUT.h5, NAME.xdmf for any other NAME. */
+static char *xdmf_path(const char *h5_path)
+{
+    char *const path = ry_lock_path(h5_path, ".xdmf");
+    const size_t length = strlen(h5_path);
+    if (path != NULL && length > 3 && strcmp(h5_path + length - 3, ".h5") == 0) {
+        strcpy(path + length - 3, ".xdmf");
+    }
+    return path;
+}
+
+static ry_status write_and_rename(const char *path, const frames *all, const ry_result *result,
+                                  ry_error *error)
+{
+    char *const part = ry_lock_path(path, ".part");
+    if (part == NULL) {
+        return ry_no_memory(error, strlen(path));
+    }
+    ry_status status = write_to(part, all, result, error);
+    if (status == RY_OK && rename(part, path) != 0) {
+        status = ry_fail(error, RY_BAD_FILE, "%s: %s", path, strerror(errno));
+    }
+    free(part);
+    return status;
+}
+
+ry_status ry_xdmf_write(const ry_result *result, const char *h5_path, ry_error *error)
+{
+    char *const path = xdmf_path(h5_path);
+    if (path == NULL) {
+        return ry_no_memory(error, strlen(h5_path));
+    }
+    ry_status status = RY_OK;
+    if ((result->fields & RY_FIELD_POSITION) == 0) {
+        unlink(path); /* what an older result has left would show other frames */
+    } else {
+        const char *const slash = strrchr(h5_path, '/');
+        frames all = {.h5 = slash != NULL ? slash + 1 : h5_path, .n = result->n};
+        status = read_times(&all, h5_path, error);
+        if (status == RY_OK) {
+            status = write_and_rename(path, &all, result, error);
+        }
+        free(all.time);
+    }
+    free(path);
+    return status;
+}

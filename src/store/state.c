@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * Memory of the state and its hash. The hash of a state is the sum of one strong hash per grain,
+ * contact and cell, each of which mixes in who it belongs to: a sum needs no sorting, so the storage
+ * order cannot matter and the hash needs no memory. */
+#include "store/state.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+
+#define ALLOCATED(type, name, unit, text) && (grains->name = ry_array(entries, sizeof(type))) != NULL
+
+static int create_grains(ry_grains *grains, int32_t n)
+{
+    const size_t entries = (size_t)n + RY_MAX_WALLS;
+    grains->n = n;
+    if (!(1 RY_GRAIN_FIELDS(ALLOCATED))) {
+        return 0;
+    }
+    for (int32_t k = 0; k < n; ++k) {
+        grains->id[k] = k;
+    }
+    return 1;
+}
+
+#undef ALLOCATED
+
+static int create_column(ry_column *column, int32_t nz)
+{
+    column->nz = nz;
+#define ALLOCATED(name, unit, text) \
+    &&(column->name = ry_array((size_t)nz, sizeof(double))) != NULL
+    return nz == 0 || (1 RY_COLUMN_FIELDS(ALLOCATED));
+#undef ALLOCATED
+}
+
+static int create_ledger(ry_ledger *ledger, int32_t n)
+{
+#define ALLOCATED(name, text) \
+    &&(ledger->name = ry_array((size_t)n + RY_MAX_WALLS, sizeof(double))) != NULL
+    return 1 RY_LEDGER_TOTALS(ALLOCATED);
+#undef ALLOCATED
+}
+
+ry_status ry_state_create(ry_state *state, int32_t n, int32_t nz, int ledger, ry_error *error)
+{
+    *state = (ry_state){0};
+    if (create_grains(&state->grains, n) && create_column(&state->column, nz) &&
+        (!ledger || create_ledger(&state->ledger, n))) {
+        return RY_OK;
+    }
+    ry_state_free(state);
+    return ry_no_memory(error, ((size_t)n * 100 + (size_t)nz * 3 * sizeof(double)));
+}
+
+void ry_state_free(ry_state *state)
+{
+#define FREE_GRAINS(type, name, unit, text) free(state->grains.name);
+#define FREE_CONTACTS(type, name, unit, text) free(state->contacts.name);
+#define FREE_COLUMN(name, unit, text) free(state->column.name);
+#define FREE_LEDGER(name, text) free(state->ledger.name);
+    RY_GRAIN_FIELDS(FREE_GRAINS)
+    RY_CONTACT_FIELDS(FREE_CONTACTS)
+    RY_COLUMN_FIELDS(FREE_COLUMN)
+    RY_LEDGER_TOTALS(FREE_LEDGER)
+#undef FREE_GRAINS
+#undef FREE_CONTACTS
+#undef FREE_COLUMN
+#undef FREE_LEDGER
+    *state = (ry_state){0};
+}
+
+ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error)
+{
+    const size_t used = (size_t)contacts->n, wanted = (size_t)n;
+    size_t capacity = (size_t)contacts->capacity;
+    /* Every array grows from the same capacity to the same one. After a failure the old capacity
+     * stands: it is true of all of them. */
+#define GROW(type, name, unit, text)                                                              \
+    capacity = (size_t)contacts->capacity;                                                        \
+    RY_TRY(ry_array_grow(&contacts->name, &capacity, used, wanted, sizeof(type), error));
+    RY_CONTACT_FIELDS(GROW)
+#undef GROW
+    contacts->capacity = (int64_t)capacity;
+    return RY_OK;
+}
+
+/* The finalizer of splitmix64: every bit of x reaches every bit of the result. */
+static uint64_t mix(uint64_t x)
+{
+    x = (x ^ (x >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    x = (x ^ (x >> 27)) * UINT64_C(0x94d049bb133111eb);
+    return x ^ (x >> 31);
+}
+
+static uint64_t add_word(uint64_t hash, uint64_t word)
+{
+    return mix((hash ^ word) + UINT64_C(0x9e3779b97f4a7c15));
+}
+
+static uint64_t add_double(uint64_t hash, double value)
+{
+    uint64_t word;
+    memcpy(&word, &value, sizeof word);
+    return add_word(hash, word);
+}
+
+static uint64_t add_int32_t(uint64_t hash, int32_t value)
+{
+    return add_word(hash, (uint64_t)(int64_t)value);
+}
+
+static uint64_t add_uint8_t(uint64_t hash, uint8_t value)
+{
+    return add_word(hash, value);
+}
+
+static uint64_t hash_grain(const ry_state *state, int32_t k)
+{
+    const ry_grains *const grains = &state->grains;
+    uint64_t hash = add_int32_t(1, grains->id[k]);
+#define ADD(type, name, unit, text) hash = add_##type(hash, grains->name[k]);
+    RY_GRAIN_FIELDS(ADD)
+#undef ADD
+#define ADD(name, text)                                        \
+    if (state->ledger.name != NULL) {                          \
+        hash = add_double(hash, state->ledger.name[k]);        \
+    }
+    RY_LEDGER_TOTALS(ADD)
+#undef ADD
+    return hash;
+}
+
+static uint64_t hash_contact(const ry_contacts *contacts, int64_t k)
+{
+    uint64_t hash = 2;
+#define ADD(type, name, unit, text) hash = add_##type(hash, contacts->name[k]);
+    RY_CONTACT_FIELDS(ADD)
+#undef ADD
+    return hash;
+}
+
+static uint64_t hash_cell(const ry_column *column, int32_t k)
+{
+    uint64_t hash = add_int32_t(3, k);
+#define ADD(name, unit, text) hash = add_double(hash, column->name[k]);
+    RY_COLUMN_FIELDS(ADD)
+#undef ADD
+    return hash;
+}
+
+uint64_t ry_state_hash(const ry_state *state)
+{
+    uint64_t sum = 0;
+    for (int32_t k = 0; k < state->grains.n; ++k) {
+        sum += hash_grain(state, k);
+    }
+    for (int64_t k = 0; k < state->contacts.n; ++k) {
+        sum += hash_contact(&state->contacts, k);
+    }
+    for (int32_t k = 0; k < state->column.nz; ++k) {
+        sum += hash_cell(&state->column, k);
+    }
+    uint64_t hash = add_word(sum, (uint64_t)state->step);
+    hash = add_double(hash, state->time);
+    hash = add_int32_t(hash, state->grains.n);
+    hash = add_word(hash, (uint64_t)state->contacts.n);
+    hash = add_double(add_int32_t(hash, state->column.nz), state->column.dz);
+    return add_double(add_double(hash, state->column.bed_level), state->ledger.energy_start);
+}
