@@ -75,7 +75,8 @@ static int stored_find(stored_lines *list, const char *text)
 static int is_particles(const char *text)
 {
     const size_t n = strlen("particles");
-    return strncmp(text, "particles", n) == 0 && strchr(".=[", text[n]) != NULL;
+    text += strspn(text, " ");
+    return strncmp(text, "particles", n) == 0 && strchr(".=[ ", text[n]) != NULL;
 }
 
 /* Splits "section.key=value" (or "title=value"); the value begins at *value. */
@@ -86,10 +87,11 @@ static ry_status split(const char *text, ry_place place, char section[40], char 
     if (is_particles(text)) {
         return ry_place_fail(place, NULL, error, "particles can't be set by -s; edit the scene file");
     }
-    if (equals == NULL || equals == text || strpbrk(text, "\r\n") != NULL || !ry_yaml_is_utf8(text)) {
+    if (equals == NULL || equals == text + strspn(text, " ") || strpbrk(text, "\r\n") != NULL || !ry_yaml_is_utf8(text)) {
         return ry_place_fail(place, NULL, error,
                              "not an override; write section.key=value in one line");
     }
+    text += strspn(text, " ");
     const char *dot = memchr(text, '.', (size_t)(equals - text));
     const char *name = dot != NULL ? dot + 1 : text;
     const int in = dot != NULL ? (int)(dot - text) : 0;
@@ -187,7 +189,7 @@ static ry_status read_all(ry_reader *reader, const stored_lines *stored, const c
 
 static int names_grains(const char *override_)
 {
-    return strncmp(override_, "grains.", strlen("grains.")) == 0;
+    return strncmp(override_ + strspn(override_, " "), "grains.", strlen("grains.")) == 0;
 }
 
 /* Whether the scene has a section `grains`, or gets one by an override. */

@@ -124,6 +124,18 @@ static int parse_scale(const char *from, const char *to, double *scale)
     return parsed;
 }
 
+/* udunits knows "degree" and its sign, but not the usual "deg". */
+static void load_system(void)
+{
+    (void)ut_set_error_message_handler(ut_ignore);
+    units.system = ut_read_xml(NULL);
+    if (units.system != NULL) {
+        ut_unit *degree = ut_parse(units.system, "degree", UT_UTF8);
+        (void)ut_map_name_to_unit("deg", UT_ASCII, degree);
+        ut_free(degree);
+    }
+}
+
 /* Looks the pair of units up or works it out. Returns 0: no table, 1: unknown unit, 2: scale set. */
 static int find_scale(const char *from, const char *to, double *scale)
 {
@@ -134,8 +146,7 @@ static int find_scale(const char *from, const char *to, double *scale)
         }
     }
     if (units.system == NULL) {
-        (void)ut_set_error_message_handler(ut_ignore);
-        units.system = ut_read_xml(NULL);
+        load_system();
     }
     if (units.system == NULL) {
         return 0;
@@ -210,7 +221,7 @@ int ry_quantity_read(const char *text, const char *unit, double *value, char *pr
     const char *end = number_end(begin);
     if (end == NULL || ((*end == 'x' || *end == 'X') && end == begin + 1 + (begin[0] == '-'))) {
         (void)snprintf(problem, size, "'%s' is not a number; give %s", ry_place_quote(text).text,
-                       bare ? "a number such as 0.5" : dimension(unit));
+                       bare ? "a plain number" : dimension(unit));
         return 0;
     }
     char rest[128];

@@ -28,7 +28,7 @@ static const char *law_name(const ry_config *config)
     return p.word;
 }
 
-/* Refuses with the alpha_m or the step that makes dt/T smaller by `factor`. */
+/* Refuses with what makes dt/T smaller by `factor`. */
 static ry_status refuse(const ry_check *check, const char *rule, double value, double limit,
                         double factor)
 {
@@ -38,14 +38,15 @@ static ry_status refuse(const ry_check *check, const char *rule, double value, d
         return ry_check_fail(check, RY_KEY_contact_alpha_m,
                              "too few steps for a contact of law %s: %s = %.4g, the limit is %g; "
                              "allowed is contact.alpha_m of at least %.4g%s",
-                             law, rule, value, limit, config->contact_alpha_m / factor * 1.0001,
+                             law, rule, value, limit, config->contact_alpha_m / factor * 1.001,
                              dashpot_rules(check)
                                  ? ", or less damping (contact.alpha_cn)" : "");
     }
-    return ry_check_fail(check, RY_KEY_time_step,
-                         "too long for law %s: %s = %.4g, the limit is %g; allowed is time.step of "
-                         "at most %.4g s, or a smaller contact.stiffness",
-                         law, rule, value, limit, config->time_step * factor * 0.9999);
+    return ry_check_fail(check, RY_KEY_contact_stiffness,
+                         "too stiff for law %s: %s = %.4g, the limit is %g; allowed is at most %.4g "
+                         "N/m, or time.step of at most %.4g s",
+                         law, rule, value, limit, check->derived.stiffness * factor * factor * 0.999,
+                         config->time_step * factor * 0.999);
 }
 
 static ry_status check_cundall(const ry_check *check, double a, double inverse)
@@ -146,15 +147,15 @@ static ry_status check_motion(const ry_check *check)
     const ry_config *config = check->config;
     const double dt = config->time_step, g = config->domain_gravity;
     if (!(g * dt * dt < 0.1 * check->d_min)) {
-        return ry_check_fail(check, RY_KEY_time_step, "a falling grain gains %.2g diameters a step "
-                             "in one step, the limit is 0.1; allowed is less than %.3g s",
+        return ry_check_fail(check, RY_KEY_time_step, "a grain falls %.2g diameters in its first step, "
+                             "the limit is 0.1; allowed is less than %.3g s",
                              g * dt * dt / check->d_min, sqrt(0.1 * check->d_min / g));
     }
     for (int i = 0; i < config->n_particles; i++) {
         const double *v = config->particles[i].velocity;
         const double speed = hypot(v[0], v[1]);
         if (!(speed * dt < 0.5 * check->d_min)) {
-            return ry_check_fail_particle(check, i, "moves %.2g of the smallest diameter in a time "
+            return ry_check_fail_particle(check, i, "moves %.2g times the smallest diameter in one "
                                           "step, the limit is 0.5; allowed is time.step below %.3g s",
                                           speed * dt / check->d_min, 0.5 * check->d_min / speed);
         }
