@@ -1,0 +1,340 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors */
+#include "sim/plan.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+#ifdef _OPENMP
+#include <omp.h>
+#endif
+
+#include "base/clock.h"
+#include "base/memory.h"
+#include "base/random.h"
+
+/* A thread has to have this many grains before a second one pays. */
+enum { GRAINS_PER_THREAD = 4000 };
+/* Reach of the list beyond contact, in mean diameters, unless asked otherwise. */
+#define SKIN 0.3
+/* Start from motion: this long at so many times the stress, but not above that Shields number. */
+#define BOOST_TIME 0.25
+#define BOOST_FACTOR 4.0
+#define BOOST_SHIELDS 0.6
+
+int ry_plan_threads(int64_t n)
+{
+#ifdef _OPENMP
+    const int64_t most = omp_get_num_procs();
+#else
+    const int64_t most = 1;
+#endif
+    const int64_t pays = n / GRAINS_PER_THREAD;
+    return (int)(pays < 1 ? 1 : (pays < most ? pays : most));
+}
+
+/* ---- constants of the law -------------------------------------------------------------------- */
+
+ry_law_coef ry_plan_law(const ry_config *config, const ry_derived *derived)
+{
+    const double dt = config->time_step;
+    const double ratio = 1.0 / (2.0 * (1.0 + config->contact_poisson));
+    ry_law_coef q = {.k_dt2 = derived->stiffness * dt * dt, .eta_dt = derived->damping * dt,
+                     .e = config->contact_restitution, .friction = config->contact_friction,
+                     .ratio_k = ratio, .ratio_eta = sqrt(ratio)};
+    if (config->contact_law == RY_LAW_ENERGY) {
+        q.bounded = RY_BOND_NEIGHBOURS;
+    } else if (config->contact_law == RY_LAW_TANAKA) {
+        const double loss = q.e > 0.0 ? -log(q.e) : 1e3;
+        q.k_dt2 /= sqrt(derived->d);
+        q.zeta2 = sqrt(5.0) * loss / sqrt(M_PI * M_PI + loss * loss);
+    } else if (!isnan(derived->zeta_impact)) {
+        q.zeta2 = 2.0 * derived->zeta_impact;
+    }
+    return q;
+}
+
+/* Mass that a grain moves with: its own and what it drags along of the fluid. */
+static double inertial_mass(const ry_config *config, double volume, double density)
+{
+    const double added = config->fluid_model == RY_FLUID_NONE
+                             ? 0.0 : config->fluid_added_mass * config->fluid_density;
+    return volume * (density + added);
+}
+
+static void fill_motion(ry_motion *m, const ry_config *config, const ry_grains *g)
+{
+    const double rho = config->fluid_model == RY_FLUID_NONE ? 0.0 : config->fluid_density;
+    for (int32_t k = 0; k < g->n; k++) {
+        if (g->fixed[k]) {
+            continue; /* all zero */
+        }
+        const double r = g->radius[k], volume = 4.0 / 3.0 * M_PI * r * r * r;
+        const double inertia = 0.4 * volume * g->density[k] * r * r;
+        m->im[k] = 1.0 / inertial_mass(config, volume, g->density[k]);
+        m->tm[k] = m->im[k] + r * r / inertia;
+        m->spin_gain[k] = r / inertia;
+        m->weight[k] = -config->domain_gravity * volume * (g->density[k] - rho) * m->im[k] * config->time_step;
+        m->gz[k] = m->weight[k];
+    }
+}
+
+/* ---- the stages ------------------------------------------------------------------------------ */
+
+static ry_status run_neighbor(ry_plan *plan, ry_state *state, ry_error *error)
+{
+    if (plan->must_rebuild) {
+        RY_TRY(ry_neighbor_rebuild(&plan->neighbor, &state->grains, &plan->pairs, error));
+        plan->must_rebuild = 0;
+    }
+    return RY_OK;
+}
+
+static ry_status run_column(ry_plan *plan, ry_state *state, ry_error *error)
+{
+    (void)error;
+    if (state->step % plan->flow.advance == 0) {
+        ry_flow_advance(&plan->flow, state, &plan->motion, plan->pairs.place);
+    }
+    return RY_OK;
+}
+
+static ry_status run_fluid(ry_plan *plan, ry_state *state, ry_error *error)
+{
+    (void)error;
+    ry_flow_sample(&plan->flow, &state->grains, &plan->motion);
+    return RY_OK;
+}
+
+static ry_status run_contact(ry_plan *plan, ry_state *state, ry_error *error)
+{
+    (void)error;
+    ry_contact_stage(&plan->contact, &state->grains, &plan->pairs);
+    return RY_OK;
+}
+
+static ry_status run_gather(ry_plan *plan, ry_state *state, ry_error *error)
+{
+    (void)error;
+    ry_motion_gather(&plan->motion, &state->grains, &plan->pairs);
+    return RY_OK;
+}
+
+static ry_status run_integrate(ry_plan *plan, ry_state *state, ry_error *error)
+{
+    (void)error;
+    const double run = ry_motion_integrate(&plan->motion, &state->grains, plan->neighbor.x0, plan->neighbor.z0);
+    plan->must_rebuild = run > 0.25 * plan->skin * plan->skin;
+    return RY_OK;
+}
+
+static void add_stage(ry_plan *plan, const char *name, const char *kernel, const char *reads,
+                      const char *writes, ry_stage_fn *run)
+{
+    plan->stage[plan->n_stages++] = (ry_stage){name, kernel, reads, writes, run, 0.0};
+}
+
+static void name_kernels(ry_plan *plan, const ry_config *config)
+{
+    const int f = plan->contact.features;
+    snprintf(plan->contact_kernel, sizeof plan->contact_kernel, "%s%s%s%s",
+             ry_contact_law_name((int)config->contact_law), f & RY_CONTACT_FRICTION ? " + friction" : "",
+             f & RY_CONTACT_SIZES ? " + sizes" : "", f & RY_CONTACT_LEDGER ? " + ledger" : "");
+#define RY_NAME(value, word) word,
+    static const char *const models[] = {RY_LIST_fluid(RY_NAME)};
+    static const char *const drags[] = {RY_LIST_drag(RY_NAME)};
+#undef RY_NAME
+    snprintf(plan->flow_kernel, sizeof plan->flow_kernel, "%s, %s%s", models[config->fluid_model],
+             drags[config->fluid_drag], config->fluid_lift > 0.0 ? " + lift" : "");
+}
+
+static void lay_table(ry_plan *plan, const ry_config *config)
+{
+    name_kernels(plan, config);
+    plan->n_stages = 0;
+    add_stage(plan, "neighbor", "cells + Verlet list, when due", "positions", "pairs, their memory", run_neighbor);
+    if (plan->has_fluid) {
+        add_stage(plan, "column", plan->flow_kernel, "grains", "fluid column", run_column);
+        add_stage(plan, "fluid", plan->flow_kernel, "grains, fluid column", "gravity + fluid per grain", run_fluid);
+    }
+    add_stage(plan, "contact", plan->contact_kernel, "pairs, grains", "impulses and memory per pair", run_contact);
+    add_stage(plan, "gather", plan->motion.moves ? "impulses + shifts" : "impulses", "pairs", "impulse per grain",
+              run_gather);
+    add_stage(plan, "integrate", plan->has_ledger && plan->has_fluid ? "kick, drift + fluid work" : "kick, drift",
+              "impulses, gravity + fluid", "velocities, positions", run_integrate);
+}
+
+/* ---- making it ------------------------------------------------------------------------------- */
+
+static int grains_differ(const ry_grains *g, const double *im)
+{
+    double first = 0.0, first_r = 0.0;
+    for (int32_t k = 0; k < g->n; k++) {
+        if (im[k] == 0.0) {
+            continue;
+        }
+        if (first == 0.0) {
+            first = im[k];
+            first_r = g->radius[k];
+        }
+        if (im[k] != first || g->radius[k] != first_r) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+static void set_features(ry_plan *plan, const ry_config *config, int sizes_differ)
+{
+    plan->has_fluid = config->fluid_model != RY_FLUID_NONE;
+    plan->has_ledger = (config->output_fields & RY_FIELD_ENERGY) != 0;
+    plan->motion.moves = ry_contact_law_moves((int)config->contact_law);
+    plan->contact.moves = plan->motion.moves;
+    plan->contact.features = (config->contact_friction > 0.0 ? RY_CONTACT_FRICTION : 0) |
+                             (sizes_differ ? RY_CONTACT_SIZES : 0) |
+                             (plan->has_ledger ? RY_CONTACT_LEDGER : 0);
+}
+
+void ry_plan_outline(ry_plan *plan, const ry_config *config, int sizes_differ)
+{
+    *plan = (ry_plan){.derived = ry_config_derive(config)};
+    set_features(plan, config, sizes_differ);
+    lay_table(plan, config);
+}
+
+static void set_walls(ry_plan *plan, const ry_config *config)
+{
+    ry_neighbor *const b = &plan->neighbor;
+    if (config->domain_floor == RY_FLOOR_FLAT) {
+        b->wall[b->n_walls++] = RY_WALL_FLOOR;
+    }
+    if (config->domain_walls && !config->domain_periodic) {
+        b->wall[b->n_walls++] = RY_WALL_LEFT;
+        b->wall[b->n_walls++] = RY_WALL_RIGHT;
+    }
+}
+
+static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *state)
+{
+    ry_contact *const c = &plan->contact;
+    const ry_motion *const m = &plan->motion;
+    const double length = plan->derived.length;
+    c->coef = ry_plan_law(config, &plan->derived);
+    c->kernel = ry_contact_select((int)config->contact_law, c->features);
+    c->dt = config->time_step;
+    c->threads = plan->threads;
+    c->length = config->domain_periodic ? length : 0.0;
+    c->half = config->domain_periodic ? 0.5 * length : INFINITY;
+    c->wall_length = length;
+    c->n_walls = plan->neighbor.n_walls;
+    for (int w = 0; w < c->n_walls; w++) {
+        c->wall[w] = plan->neighbor.wall[w];
+    }
+    c->im = m->im;
+    c->tm_grain = m->tm;
+    c->loss_impact = state->ledger.loss_impact;
+    c->loss_dashpot = state->ledger.loss_dashpot;
+    c->loss_friction = state->ledger.loss_friction;
+    c->loss_opening = state->ledger.loss_opening;
+    for (int32_t k = 0; k < state->grains.n; k++) {
+        if (m->im[k] != 0.0) { /* where grains differ these are not used */
+            c->coef.g_dt2 = -m->weight[k] * c->dt;
+            c->tm[0] = 2.0 * m->tm[k];
+            c->tm[1] = m->tm[k];
+            c->bond[0] = ry_bond_make(&c->coef, 2.0 * m->im[k], c->tm[0]);
+            c->bond[1] = ry_bond_make(&c->coef, m->im[k], c->tm[1]);
+            break;
+        }
+    }
+}
+
+static void set_flow(ry_plan *plan, const ry_config *config)
+{
+    const ry_derived *const q = &plan->derived;
+    const double boosted = fmin(BOOST_FACTOR, BOOST_SHIELDS / fmax(q->shields, 1e-12));
+    const double factor = config->fluid_start == RY_START_MOTION ? fmax(1.0, boosted) : 1.0;
+    plan->flow = (ry_flow){
+        .model = (ry_flow_model)config->fluid_model, .drag = (ry_flow_drag)config->fluid_drag,
+        .mixing = (ry_flow_mixing)config->fluid_mixing_length, .threads = plan->threads,
+        .advance = config->fluid_advance, .step_start = q->steps_settle,
+        .step_boost = q->steps_settle + llround(BOOST_TIME / config->time_step),
+        .tau = q->shear_stress, .tau_start = q->shear_stress * factor,
+        .density = config->fluid_density, .viscosity = config->fluid_viscosity,
+        .drag_coefficient = config->fluid_drag_coefficient, .hindrance = config->fluid_hindrance,
+        .lift = config->fluid_lift, .roughness = config->fluid_roughness, .d = q->d,
+        .length = q->length > 0.0 ? q->length : q->d, .dt = config->time_step};
+}
+
+ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state, int threads,
+                         ry_error *error)
+{
+    const ry_grains *const g = &state->grains;
+    *plan = (ry_plan){.derived = ry_config_derive(config), .must_rebuild = 1};
+    plan->threads = threads > 0 ? threads : ry_plan_threads(g->n);
+    plan->skin = (isnan(config->numerics_skin) ? SKIN : config->numerics_skin) * plan->derived.d;
+    set_features(plan, config, 0);
+    set_walls(plan, config);
+    ry_motion *const m = &plan->motion;
+    RY_TRY(ry_motion_create(m, g->n, m->moves, error));
+    m->threads = plan->threads;
+    m->periodic = config->domain_periodic;
+    m->length = plan->derived.length;
+    m->dt = config->time_step;
+    fill_motion(m, config, g);
+    set_features(plan, config, grains_differ(g, m->im));
+    set_contact(plan, config, state);
+
+    ry_neighbor *const b = &plan->neighbor;
+    b->length = plan->derived.length;
+    b->periodic = config->domain_periodic;
+    b->skin = plan->skin;
+    RY_TRY(ry_neighbor_create(b, g, plan->threads, error));
+    RY_TRY(ry_pairs_create(&plan->pairs, g->n, b->n_walls, m->moves, error));
+    RY_TRY(ry_neighbor_rebuild(b, g, &plan->pairs, error));
+    plan->must_rebuild = 0;
+    ry_pairs_import(&plan->pairs, state);
+    if (plan->has_fluid) {
+        set_flow(plan, config);
+        RY_TRY(ry_flow_create(&plan->flow, state, error));
+        m->fluid_work = state->ledger.fluid_work;
+    }
+    plan->has_profile = state->column.nz > 0 && plan->derived.length > 0.0;
+    if (plan->has_profile) {
+        RY_TRY(ry_measure_create(&plan->measure, state, plan->derived.length, plan->derived.d,
+                                 plan->threads, error));
+        plan->tau_fluid = ry_array((size_t)state->column.nz, sizeof(double));
+        if (plan->tau_fluid == NULL) {
+            return ry_no_memory(error, (size_t)state->column.nz * sizeof(double));
+        }
+    }
+    lay_table(plan, config);
+    return RY_OK;
+}
+
+void ry_plan_free(ry_plan *plan)
+{
+    ry_neighbor_free(&plan->neighbor);
+    ry_pairs_free(&plan->pairs);
+    ry_motion_free(&plan->motion);
+    ry_flow_free(&plan->flow);
+    ry_measure_free(&plan->measure);
+    free(plan->tau_fluid);
+    *plan = (ry_plan){0};
+}
+
+ry_status ry_plan_step(ry_plan *plan, ry_state *state, int timed, ry_error *error)
+{
+    double before = timed ? ry_clock() : 0.0;
+    for (int s = 0; s < plan->n_stages; s++) {
+        RY_TRY(plan->stage[s].run(plan, state, error));
+        if (timed) {
+            const double now = ry_clock();
+            plan->stage[s].seconds += now - before;
+            before = now;
+        }
+    }
+    state->step++;
+    state->time = (double)state->step * plan->motion.dt;
+    return RY_OK;
+}

@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * The plan: everything rebuilt from config and state. Its heart is the step table: one row per stage
+ * that the scene needs, made once; a feature that the scene lacks has no row, no array, no branch. */
+#ifndef RY_SIM_PLAN_H
+#define RY_SIM_PLAN_H
+
+#include "ryusa/config.h"
+#include "stage/contact.h"
+#include "stage/flow.h"
+#include "stage/measure.h"
+#include "stage/motion.h"
+#include "stage/neighbor.h"
+#include "store/pairs.h"
+#include "store/state.h"
+
+typedef struct ry_plan ry_plan;
+
+typedef ry_status ry_stage_fn(ry_plan *plan, ry_state *state, ry_error *error);
+
+typedef struct ry_stage {
+    const char *name;    /* as in the folder src/stage */
+    const char *kernel;  /* what runs in it */
+    const char *reads, *writes;
+    ry_stage_fn *run;
+    double seconds;      /* spent, extrapolated from the steps that were timed */
+} ry_stage;
+
+enum { RY_MOST_STAGES = 8 };
+
+struct ry_plan {
+    ry_derived derived;
+    int threads;
+    int has_fluid, has_ledger, has_profile;
+    int must_rebuild;
+    double skin; /* [m] */
+    ry_pairs pairs;
+    ry_neighbor neighbor;
+    ry_contact contact;
+    ry_motion motion;
+    ry_flow flow;
+    ry_measure measure;
+    double *tau_fluid; /* nz, scratch of measuring [Pa] */
+    int n_stages;
+    ry_stage stage[RY_MOST_STAGES];
+    char contact_kernel[80], flow_kernel[80];
+};
+
+/* threads 0: as many as pay for this many grains. */
+ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state, int threads,
+                         ry_error *error);
+void ry_plan_free(ry_plan *plan);
+
+/* Fills the step table alone, without arrays, for `ryusa show`. */
+void ry_plan_outline(ry_plan *plan, const ry_config *config, int sizes_differ);
+
+/* One step; timed if asked. */
+ry_status ry_plan_step(ry_plan *plan, ry_state *state, int timed, ry_error *error);
+
+/* Threads that pay for n grains on this machine. */
+int ry_plan_threads(int64_t n);
+
+/* Constants of the law as the kernels want them. */
+ry_law_coef ry_plan_law(const ry_config *config, const ry_derived *derived);
+
+#endif

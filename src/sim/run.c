@@ -1,0 +1,338 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * A whole run: steps, series, profiles, frames, checkpoints, and the statistics of the flux. What is
+ * due at a step depends on the step alone, never on the clock; only writing to disk does. */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "analysis/statistics.h"
+#include "base/clock.h"
+#include "io/result.h"
+#include "sim/sim.h"
+
+/* Seconds of wall time between looks at the clock by progress, and between flushes. */
+#define PROGRESS_EVERY 0.1
+#define FLUSH_EVERY 2.0
+/* Frames between looks at stop.flux_error: the spectrum of a long series is not free. */
+enum { FRAMES_PER_LOOK = 10, FEWEST_SAMPLES = 16 };
+
+typedef struct ry_runner {
+    ry_sim *sim;
+    ry_result *file;
+    const ry_run_options *options;
+    ry_run_result *result;
+    int64_t first, last; /* step at the start of this call, step to end at */
+    double started, shown, flushed, saved; /* wall clock [s] */
+    int stop_asked;
+} ry_runner;
+
+/* ---- statistics ------------------------------------------------------------------------------ */
+
+/* Samples before this one belong to settling and to the start from motion. */
+static int64_t first_honest_sample(const ry_runner *r)
+{
+    const ry_plan *const plan = &r->sim->plan;
+    const int64_t step = plan->has_fluid ? (plan->flow.tau_start > plan->flow.tau ? plan->flow.step_boost
+                                                                                  : plan->flow.step_start)
+                                         : plan->derived.steps_settle;
+    return (step + plan->derived.steps_series - 1) / plan->derived.steps_series;
+}
+
+static ry_status flux_statistics(ry_runner *r, ry_series_statistics *out, ry_error *error)
+{
+    int64_t n = 0;
+    const double *const series = ry_result_flux_series(r->file, &n);
+    const int64_t from = first_honest_sample(r);
+    const int64_t cut = n - from >= FEWEST_SAMPLES ? from : 0;
+    *out = (ry_series_statistics){0};
+    if (n == 0) {
+        return RY_OK;
+    }
+    RY_TRY(ry_series_equilibrated(series + cut, n - cut, out, error));
+    out->first += cut;
+    return RY_OK;
+}
+
+static const char equilibration_method[] =
+    "samples before the flow is under way are left out, then those before the cut that leaves the most "
+    "effectively independent samples (Chodera 2016)";
+
+static ry_cost cost_of(const ry_runner *r)
+{
+    const ry_plan *const plan = &r->sim->plan;
+    const double steps = (double)(r->sim->state.step - r->first);
+    ry_cost cost = {.wall_seconds = ry_clock() - r->started, .rebuilds = plan->neighbor.rebuilds,
+                    .threads = plan->threads, .n_stages = plan->n_stages};
+    cost.grain_steps_per_second = steps * r->sim->state.grains.n / fmax(cost.wall_seconds, 1e-9);
+    for (int s = 0; s < plan->n_stages; s++) {
+        cost.stage_name[s] = plan->stage[s].name;
+        cost.stage_seconds[s] = plan->stage[s].seconds * steps / fmax((double)r->sim->timed, 1.0);
+    }
+    return cost;
+}
+
+static ry_status write_summary(ry_runner *r, ry_error *error)
+{
+    const ry_derived *const q = &r->sim->plan.derived;
+    const double dt = r->sim->config.time_step;
+    ry_series_statistics flux;
+    RY_TRY(flux_statistics(r, &flux, error));
+    const double equilibration = (double)flux.first * q->steps_series * dt;
+    ry_summary summary = {.q_star_mean = flux.mean, .q_star_standard_error = flux.standard_error,
+                          .autocorrelation_time = flux.autocorrelation_time * q->steps_series * dt,
+                          .equilibration_time = equilibration, .samples = flux.samples,
+                          .equilibration_method = equilibration_method,
+                          .stopped_early = r->result->stopped_early};
+    if (r->sim->plan.has_profile && (r->sim->config.output_fields & RY_FIELD_PROFILE)) {
+        summary.profile = ry_result_mean_profile(r->file, equilibration, &summary.n_profiles_averaged);
+    }
+    r->result->q_star = summary.q_star_mean;
+    r->result->q_star_error = summary.q_star_standard_error;
+    r->result->autocorrelation_time = summary.autocorrelation_time;
+    r->result->equilibration = equilibration;
+    r->result->samples = summary.samples;
+    const ry_cost cost = cost_of(r);
+    return ry_result_summary(r->file, &summary, &cost, error);
+}
+
+/* ---- what is due at a step ------------------------------------------------------------------- */
+
+static ry_status take_profile(ry_runner *r, ry_error *error)
+{
+    ry_measure *const m = &r->sim->plan.measure;
+    if (m->samples == 0) {
+        return RY_OK;
+    }
+    const double per = 1.0 / (double)m->samples;
+    for (int32_t k = 0; k < m->nz; k++) {
+        m->transport[k] = m->moving[k] > 0.0 ? m->transport[k] / m->moving[k] : 0.0;
+        m->phi[k] *= per;
+        m->u_fluid[k] *= per;
+        m->tau_fluid[k] *= per;
+        m->tau_grain[k] *= per;
+    }
+    const ry_profile profile = {.nz = m->nz, .dz = m->dz, .phi = m->phi, .u_grain = m->transport,
+                                .u_fluid = m->u_fluid, .tau_fluid = m->tau_fluid, .tau_grain = m->tau_grain};
+    const ry_status status = ry_result_profile(r->file, &r->sim->state, &profile, error);
+    ry_measure_clear(m);
+    return status;
+}
+
+static int is_due(int64_t step, int every)
+{
+    return step % every == 0;
+}
+
+static ry_status take_measures(ry_runner *r, ry_error *error)
+{
+    ry_sim *const sim = r->sim;
+    const ry_derived *const q = &sim->plan.derived;
+    const unsigned fields = sim->config.output_fields;
+    const int64_t step = sim->state.step;
+    if (r->file == NULL) {
+        return RY_OK;
+    }
+    if (is_due(step, q->steps_series)) {
+        const ry_sample sample = ry_sim_sample(sim);
+        RY_TRY(ry_result_sample(r->file, &sim->state, &sample, error));
+        if ((fields & RY_FIELD_PROFILE) && step > 0) {
+            ry_sim_profile(sim);
+        }
+    }
+    if (is_due(step, q->steps_frame)) {
+        RY_TRY(ry_result_frame(r->file, &sim->state, error));
+        if (fields & RY_FIELD_PROFILE) {
+            RY_TRY(take_profile(r, error));
+        }
+    }
+    return RY_OK;
+}
+
+/* The flux is known well enough. Looked at by step, so that a run ends at the same step always. */
+static ry_status look_at_flux(ry_runner *r, int *enough, ry_error *error)
+{
+    const ry_sim *const sim = r->sim;
+    const ry_config *const c = &sim->config;
+    *enough = 0;
+    if (r->file == NULL || isnan(c->stop_flux_error) || sim->state.time < c->stop_after ||
+        !is_due(sim->state.step, sim->plan.derived.steps_frame * FRAMES_PER_LOOK)) {
+        return RY_OK;
+    }
+    ry_series_statistics flux;
+    RY_TRY(flux_statistics(r, &flux, error));
+    *enough = flux.samples >= FEWEST_SAMPLES && flux.mean > 0.0 &&
+              flux.standard_error < c->stop_flux_error * flux.mean;
+    return RY_OK;
+}
+
+static ry_status flush(ry_runner *r, int with_checkpoint, ry_error *error)
+{
+    if (with_checkpoint) {
+        RY_TRY(ry_sim_collect(r->sim, error));
+        r->saved = ry_clock();
+    }
+    RY_TRY(write_summary(r, error));
+    RY_TRY(ry_result_flush(r->file, with_checkpoint ? &r->sim->state : NULL, error));
+    r->flushed = ry_clock();
+    return RY_OK;
+}
+
+static ry_status flush_when_due(ry_runner *r, ry_error *error)
+{
+    const double now = ry_clock();
+    if (r->file == NULL || !is_due(r->sim->state.step, r->sim->plan.derived.steps_frame)) {
+        return RY_OK;
+    }
+    if (now - r->saved >= r->sim->config.output_checkpoint) {
+        return flush(r, 1, error);
+    }
+    return now - r->flushed >= FLUSH_EVERY ? flush(r, 0, error) : RY_OK;
+}
+
+static void show_progress(ry_runner *r)
+{
+    const double now = ry_clock();
+    if (r->options->progress == NULL || now - r->shown < PROGRESS_EVERY) {
+        return;
+    }
+    const double rate = (double)(r->sim->state.step - r->first) / fmax(now - r->started, 1e-9);
+    r->shown = now;
+    r->stop_asked = r->stop_asked ||
+                    r->options->progress(r->options->data, r->sim->state.step, r->last, rate) != 0;
+}
+
+/* ---- the loop -------------------------------------------------------------------------------- */
+
+static int64_t next_due(const ry_runner *r)
+{
+    const int64_t step = r->sim->state.step;
+    const int every = r->sim->plan.derived.steps_series;
+    const int64_t due = (step / every + 1) * every;
+    return due < r->last ? due : r->last;
+}
+
+/* To the next sample, looking at the clock on the way: a step of a million grains takes its time. */
+static ry_status advance(ry_runner *r, ry_error *error)
+{
+    const int64_t due = next_due(r);
+    const int64_t chunk = 2000000 / r->sim->state.grains.n + 1;
+    while (r->sim->state.step < due) {
+        const int64_t left = due - r->sim->state.step;
+        RY_TRY(ry_sim_step(r->sim, left < chunk ? left : chunk, error));
+        show_progress(r);
+    }
+    return RY_OK;
+}
+
+static ry_status loop(ry_runner *r, ry_error *error)
+{
+    while (r->sim->state.step < r->last) {
+        int enough = 0;
+        RY_TRY(advance(r, error));
+        RY_TRY(take_measures(r, error));
+        RY_TRY(look_at_flux(r, &enough, error));
+        if (enough) {
+            r->result->stopped_early = 1;
+            return RY_OK;
+        }
+        if (r->stop_asked && (r->file == NULL || is_due(r->sim->state.step, r->sim->plan.derived.steps_frame))) {
+            return r->sim->state.step < r->last ? RY_STOPPED : RY_OK;
+        }
+        RY_TRY(flush_when_due(r, error));
+    }
+    return RY_OK;
+}
+
+/* ---- beginning and end ----------------------------------------------------------------------- */
+
+static ry_status open_run(ry_runner *r, const ry_config *config, int *finished, ry_error *error)
+{
+    const ry_run_options *const o = r->options;
+    ry_state state = {0};
+    int found = 0;
+    *finished = 0;
+    if (o->output != NULL && o->resume) {
+        RY_TRY(ry_result_resume(&r->file, o->output, config, &state, &found, error));
+    }
+    if (found == 2) {
+        snprintf(r->result->note, sizeof r->result->note, "%s was finished already", o->output);
+        *finished = 1;
+        return RY_OK;
+    }
+    if (found == 1) {
+        r->sim = ry_sim_adopt(config, &state, o->threads, error);
+        return r->sim != NULL ? RY_OK : error->status;
+    }
+    if (o->resume) {
+        snprintf(r->result->note, sizeof r->result->note,
+                 "there was no checkpoint to go on from: the run was started anew");
+    }
+    r->sim = ry_sim_create(config, o->threads, error);
+    if (r->sim == NULL) {
+        return error->status;
+    }
+    if (o->output != NULL) {
+        RY_TRY(ry_result_create(&r->file, o->output, config, &r->sim->state, o->force || o->resume, error));
+    }
+    return take_measures(r, error);
+}
+
+/* Leaves the file so that the run can go on: after Ctrl-C, and with the last good state after a
+ * failure of the physics. */
+static ry_status leave(ry_runner *r, ry_status status)
+{
+    if (r->file != NULL) {
+        if (status == RY_STOPPED || status == RY_UNPHYSICAL) {
+            ry_error later = {0};
+            if (flush(r, status == RY_STOPPED, &later) != RY_OK) {
+                status = later.status;
+            }
+        }
+        ry_result_close(r->file);
+        r->file = NULL;
+    }
+    return status;
+}
+
+static ry_status run(ry_runner *r, const ry_config *config, ry_error *error)
+{
+    int finished = 0;
+    RY_TRY(open_run(r, config, &finished, error));
+    if (finished) {
+        return RY_OK;
+    }
+    r->first = r->sim->state.step;
+    r->last = r->sim->plan.derived.steps_end;
+    r->started = r->shown = r->flushed = r->saved = ry_clock();
+    RY_TRY(loop(r, error));
+    r->result->wall_seconds = ry_clock() - r->started;
+    r->result->steps = r->sim->state.step - r->first;
+    RY_TRY(ry_sim_collect(r->sim, error));
+    if (r->file != NULL) {
+        RY_TRY(write_summary(r, error));
+        ry_result *const file = r->file;
+        r->file = NULL;
+        RY_TRY(ry_result_finish(file, &r->sim->state, error));
+    }
+    return RY_OK;
+}
+
+ry_status ry_run(const ry_config *config, const ry_run_options *options, ry_run_result *result,
+                 ry_error *error)
+{
+    ry_error own = {0};
+    ry_error *const text = error != NULL ? error : &own;
+    ry_run_result unused;
+    ry_runner r = {.options = options, .result = result != NULL ? result : &unused};
+    *r.result = (ry_run_result){0};
+    const ry_status status = leave(&r, run(&r, config, text));
+    if (r.sim != NULL) {
+        r.result->steps = r.sim->state.step - r.first;
+        r.result->hash = ry_sim_hash(r.sim);
+    }
+    ry_sim_free(r.sim);
+    return status;
+}

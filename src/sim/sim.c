@@ -1,0 +1,294 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors */
+#include "sim/sim.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "base/random.h"
+#include "scene/scene.h"
+
+/* Steps between checks that the state is still physical, and between steps whose stages are timed. */
+enum { CHECK_EVERY = 256, TIME_EVERY = 16 };
+
+/* ---- copies of a state ----------------------------------------------------------------------- */
+
+static ry_status copy_contacts(ry_contacts *to, const ry_contacts *from, ry_error *error)
+{
+    RY_TRY(ry_contacts_reserve(to, from->n, error));
+    to->n = from->n;
+#define RY_CONTACT_COPY(type, name, unit, text) \
+    memcpy(to->name, from->name, (size_t)from->n * sizeof(type));
+    if (from->n > 0) {
+        RY_CONTACT_FIELDS(RY_CONTACT_COPY)
+    }
+#undef RY_CONTACT_COPY
+    return RY_OK;
+}
+
+/* Both were made for the same scene. */
+static ry_status copy_state(ry_state *to, const ry_state *from, ry_error *error)
+{
+    to->step = from->step;
+    to->time = from->time;
+    const size_t n = (size_t)from->grains.n, nz = (size_t)from->column.nz;
+#define RY_GRAIN_COPY(type, name, unit, text) memcpy(to->grains.name, from->grains.name, n * sizeof(type));
+    RY_GRAIN_FIELDS(RY_GRAIN_COPY)
+#undef RY_GRAIN_COPY
+    to->column.dz = from->column.dz;
+    to->column.bed_level = from->column.bed_level;
+#define RY_COLUMN_COPY(name, unit, text) memcpy(to->column.name, from->column.name, nz * sizeof(double));
+    if (nz > 0) {
+        RY_COLUMN_FIELDS(RY_COLUMN_COPY)
+    }
+#undef RY_COLUMN_COPY
+    to->ledger.energy_start = from->ledger.energy_start;
+#define RY_LEDGER_COPY(name, text) memcpy(to->ledger.name, from->ledger.name, n * sizeof(double));
+    if (from->ledger.loss_impact != NULL) {
+        RY_LEDGER_TOTALS(RY_LEDGER_COPY)
+    }
+#undef RY_LEDGER_COPY
+    return copy_contacts(&to->contacts, &from->contacts, error);
+}
+
+/* ---- order in memory ------------------------------------------------------------------------- */
+
+typedef struct ry_key {
+    double key, second;
+    int32_t id;
+} ry_key;
+
+static int compare_keys(const void *a, const void *b)
+{
+    const ry_key *const p = a, *const q = b;
+    if (p->key != q->key) {
+        return p->key < q->key ? -1 : 1;
+    }
+    return p->second < q->second ? -1 : (p->second > q->second ? 1 : p->id - q->id);
+}
+
+/* Puts the grains of a state, which is in id order, into the order asked for. */
+static ry_status order_grains(ry_state *state, const ry_config *config, double d, ry_error *error)
+{
+    ry_grains *const g = &state->grains;
+    if (config->numerics_order == RY_ORDER_ID) {
+        return RY_OK;
+    }
+    ry_key *const keys = ry_array((size_t)g->n, sizeof *keys);
+    ry_state copy = {0};
+    if (keys == NULL || ry_state_create(&copy, g->n, 0, state->ledger.loss_impact != NULL, error) != RY_OK) {
+        free(keys);
+        return ry_no_memory(error, (size_t)g->n * sizeof *keys);
+    }
+    for (int32_t k = 0; k < g->n; k++) {
+        const int bed = config->numerics_order == RY_ORDER_BED;
+        keys[k] = (ry_key){bed ? floor(g->x[k] / d)
+                               : ry_random((uint32_t)config->grains_seed, RY_RANDOM_ORDER, (uint64_t)g->id[k]),
+                           g->z[k], k};
+    }
+    qsort(keys, (size_t)g->n, sizeof *keys, compare_keys);
+    for (int32_t k = 0; k < g->n; k++) {
+#define RY_GRAIN_MOVE(type, name, unit, text) copy.grains.name[k] = g->name[keys[k].id];
+        RY_GRAIN_FIELDS(RY_GRAIN_MOVE)
+#undef RY_GRAIN_MOVE
+#define RY_LEDGER_MOVE(name, text) copy.ledger.name[k] = state->ledger.name[keys[k].id];
+        if (copy.ledger.loss_impact != NULL) {
+            RY_LEDGER_TOTALS(RY_LEDGER_MOVE)
+        }
+#undef RY_LEDGER_MOVE
+    }
+    const ry_grains grains = state->grains;
+    ry_ledger ledger = state->ledger;
+    copy.ledger.energy_start = ledger.energy_start;
+    state->grains = copy.grains;
+    state->ledger = copy.ledger;
+    copy.grains = grains;
+    copy.ledger = ledger;
+    ry_state_free(&copy);
+    free(keys);
+    return RY_OK;
+}
+
+/* ---- making ---------------------------------------------------------------------------------- */
+
+static double total_energy(const ry_sample *s)
+{
+    return s->kinetic_energy + s->gravity_energy + s->elastic_normal + s->elastic_tangential;
+}
+
+static ry_status set_up(ry_sim *sim, int threads, ry_error *error)
+{
+    const ry_state *const state = &sim->state;
+    const int is_new = state->step == 0;
+    RY_TRY(order_grains(&sim->state, &sim->config, ry_config_derive(&sim->config).d, error));
+    RY_TRY(ry_plan_create(&sim->plan, &sim->config, &sim->state, threads, error));
+    RY_TRY(ry_state_create(&sim->good, state->grains.n, state->column.nz,
+                           state->ledger.loss_impact != NULL, error));
+    if (is_new) {
+        const ry_sample first = ry_sim_sample(sim);
+        sim->state.ledger.energy_start = total_energy(&first);
+    }
+    return copy_state(&sim->good, state, error);
+}
+
+ry_sim *ry_sim_adopt(const ry_config *config, ry_state *state, int threads, ry_error *error)
+{
+    ry_sim *const sim = calloc(1, sizeof *sim);
+    if (sim == NULL) {
+        ry_no_memory(error, sizeof *sim);
+        ry_state_free(state);
+        return NULL;
+    }
+    sim->config = *config;
+    sim->state = *state;
+    *state = (ry_state){0};
+    if (set_up(sim, threads, error) != RY_OK) {
+        ry_sim_free(sim);
+        return NULL;
+    }
+    return sim;
+}
+
+ry_sim *ry_sim_create(const ry_config *config, int threads, ry_error *error)
+{
+    ry_state state = {0};
+    if (ry_scene_build(config, &state, error) != RY_OK) {
+        ry_state_free(&state);
+        return NULL;
+    }
+    return ry_sim_adopt(config, &state, threads, error);
+}
+
+void ry_sim_free(ry_sim *sim)
+{
+    if (sim != NULL) {
+        ry_plan_free(&sim->plan);
+        ry_state_free(&sim->state);
+        ry_state_free(&sim->good);
+        free(sim);
+    }
+}
+
+/* ---- stepping -------------------------------------------------------------------------------- */
+
+static ry_status report(const ry_sim *sim, const char *what, int32_t k, ry_error *error)
+{
+    const ry_grains *const g = &sim->state.grains;
+    return ry_fail(error, RY_UNPHYSICAL,
+                   "step %lld (t = %g s): %s: grain %d at x = %g m, z = %g m, v = (%g, %g) m/s; the state of "
+                   "step %lld is kept. A smaller time.step or a stiffer contact may help",
+                   (long long)sim->state.step, sim->state.time, what, (int)g->id[k], g->x[k], g->z[k],
+                   g->vx[k], g->vz[k], (long long)sim->good.step);
+}
+
+/* Non-finite numbers, a grain that jumps over its own diameter in a step, centres within each other. */
+static ry_status check(ry_sim *sim, ry_error *error)
+{
+    const ry_plan *const plan = &sim->plan;
+    const ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, plan->pairs.place);
+    if (!sums.finite) {
+        return report(sim, "a position or velocity is not a number", sums.fastest_grain, error);
+    }
+    if (sums.fastest > 1.0) {
+        return report(sim, "a grain moves further than its diameter in a step", sums.fastest_grain, error);
+    }
+    const ry_contact_sums contacts = ry_contact_measure(&plan->contact, &sim->state.grains, &plan->pairs);
+    if (contacts.worst_overlap > 1.0) {
+        return report(sim, "grains overlap by more than the smaller radius", contacts.worst_i, error);
+    }
+    RY_TRY(ry_sim_collect(sim, error));
+    return copy_state(&sim->good, &sim->state, error);
+}
+
+ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
+{
+    for (long long k = 0; k < n; k++) {
+        const int timed = sim->state.step % TIME_EVERY == 0;
+        RY_TRY(ry_plan_step(&sim->plan, &sim->state, timed, error));
+        sim->timed += timed;
+        if (sim->state.step % CHECK_EVERY == 0) {
+            const ry_status status = check(sim, error);
+            if (status == RY_UNPHYSICAL) {
+                copy_state(&sim->state, &sim->good, NULL);
+            }
+            RY_TRY(status);
+        }
+    }
+    return RY_OK;
+}
+
+/* ---- looking --------------------------------------------------------------------------------- */
+
+ry_view ry_sim_view(const ry_sim *sim)
+{
+    const ry_grains *const g = &sim->state.grains;
+    return (ry_view){.n = g->n, .step = sim->state.step, .time = sim->state.time, .id = g->id,
+                     .image = g->image, .fixed = g->fixed, .x = g->x, .z = g->z, .vx = g->vx,
+                     .vz = g->vz, .spin = g->spin, .radius = g->radius, .density = g->density,
+                     .nz = sim->state.column.nz, .dz = sim->state.column.dz, .u = sim->state.column.u};
+}
+
+ry_status ry_sim_collect(ry_sim *sim, ry_error *error)
+{
+    return ry_pairs_export(&sim->plan.pairs, &sim->state, error);
+}
+
+unsigned long long ry_sim_hash(ry_sim *sim)
+{
+    return ry_sim_collect(sim, NULL) == RY_OK ? ry_state_hash(&sim->state) : 0;
+}
+
+static void sample_ledger(const ry_sim *sim, ry_sample *s)
+{
+    const ry_ledger *const ledger = &sim->state.ledger;
+    const int32_t *const place = sim->plan.pairs.place;
+    const int32_t n = sim->state.grains.n;
+    if (ledger->loss_impact == NULL) {
+        return;
+    }
+#define RY_LEDGER_SUM(name, text) s->name = ry_measure_total(ledger->name, place, n);
+    RY_LEDGER_TOTALS(RY_LEDGER_SUM)
+#undef RY_LEDGER_SUM
+    const double lost = s->loss_impact + s->loss_dashpot + s->loss_friction + s->loss_opening;
+    s->integration = total_energy(s) - ledger->energy_start - s->fluid_work + lost;
+}
+
+ry_sample ry_sim_sample(ry_sim *sim)
+{
+    ry_plan *const plan = &sim->plan;
+    const ry_derived *const q = &plan->derived;
+    const ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, plan->pairs.place);
+    const ry_contact_sums contacts = ry_contact_measure(&plan->contact, &sim->state.grains, &plan->pairs);
+    ry_sample s = {.kinetic_energy = sums.kinetic, .gravity_energy = sums.gravity,
+                   .elastic_normal = contacts.elastic_normal,
+                   .elastic_tangential = contacts.elastic_tangential,
+                   .bed_level = sim->state.column.bed_level};
+    if (q->length > 0.0) {
+        s.q_b = sums.transport / (q->length * q->d);
+        s.q_star = q->flux_unit > 0.0 ? s.q_b / q->flux_unit : 0.0;
+    }
+    sample_ledger(sim, &s);
+    return s;
+}
+
+void ry_sim_profile(ry_sim *sim)
+{
+    ry_plan *const plan = &sim->plan;
+    if (!plan->has_profile) {
+        return;
+    }
+    const double tau = plan->has_fluid ? ry_flow_stress(&plan->flow, sim->state.step) : 0.0;
+    const int closed = plan->has_fluid && plan->flow.model == RY_FLOW_BALANCE;
+    if (closed) {
+        ry_flow_shear(&plan->flow, &sim->state.column, tau, plan->tau_fluid);
+    }
+    ry_measure_add(&plan->measure, &sim->state, &plan->motion, plan->pairs.place,
+                   closed ? plan->tau_fluid : NULL, tau);
+}
+
+const char *ry_version(void)
+{
+    return RY_VERSION;
+}

@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * One simulation: config, state, plan, and the last state that passed the check. */
+#ifndef RY_SIM_SIM_H
+#define RY_SIM_SIM_H
+
+#include "ryusa/ryusa.h"
+#include "sim/plan.h"
+
+struct ry_sim {
+    ry_config config; /* borrowed strings: the caller's config outlives the simulation */
+    ry_state state;
+    ry_state good;    /* the state at the last check */
+    ry_plan plan;
+    int64_t timed;    /* steps whose stages were timed */
+};
+
+/* A simulation that goes on from `state`, whose arrays it takes over. */
+ry_sim *ry_sim_adopt(const ry_config *config, ry_state *state, int threads, ry_error *error);
+
+/* Brings the contacts of the state up to date; before it is saved or hashed. */
+ry_status ry_sim_collect(ry_sim *sim, ry_error *error);
+
+/* Adds one sample to the profile sums of the plan. */
+void ry_sim_profile(ry_sim *sim);
+
+#endif
