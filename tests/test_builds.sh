@@ -58,7 +58,7 @@ if grep -v ' 0x[0-9a-f]\{16\}$' "$folder/reference.hashes"; then
     exit 1
 fi
 
-build plain -DCMAKE_BUILD_TYPE=Debug -DRY_OPENMP=OFF
+build plain -DCMAKE_BUILD_TYPE=Debug -DRY_OPENMP=OFF -DCMAKE_C_FLAGS=-DRY_ONE_TARGET
 compare plain
 build native -DRY_NATIVE=ON
 compare native

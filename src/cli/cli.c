@@ -13,7 +13,8 @@
  * the name of the command ("ryusa run") there. */
 static char command_name[32] = "ryusa";
 
-static error_t parse_common(int key, char *text, struct argp_state *state) {
+static error_t parse_common(int key, char *text, struct argp_state *state)
+{
     (void)text;
     state->name = command_name;
     switch (key) {
@@ -26,7 +27,8 @@ static error_t parse_common(int key, char *text, struct argp_state *state) {
 }
 
 int ry_cli_parse(const char *name, const struct argp *argp, unsigned flags, int argc, char **argv,
-                 void *input) {
+                 void *input)
+{
     static const struct argp_option options[] = {
         {"help", 'h', NULL, 0, "print this page", -1},
         {"usage", 'u', NULL, OPTION_HIDDEN, NULL, -1},
@@ -41,7 +43,8 @@ int ry_cli_parse(const char *name, const struct argp *argp, unsigned flags, int 
     return argp_parse(&outer, argc, argv, flags | ARGP_NO_HELP, NULL, input) ? RY_BAD_INPUT : RY_OK;
 }
 
-error_t ry_cli_misuse(const char *format, ...) {
+error_t ry_cli_misuse(const char *format, ...)
+{
     va_list list;
     va_start(list, format);
     fprintf(stderr, "ryusa: ");
@@ -51,12 +54,14 @@ error_t ry_cli_misuse(const char *format, ...) {
     return EINVAL;
 }
 
-int ry_cli_report(const ry_error *error) {
+int ry_cli_report(const ry_error *error)
+{
     fprintf(stderr, "ryusa: %s\n", error->text);
     return (int)error->status;
 }
 
-error_t ry_cli_override(const struct argp_state *state, ry_overrides *overrides, const char *text) {
+error_t ry_cli_override(const struct argp_state *state, ry_overrides *overrides, const char *text)
+{
     if (!strchr(text, '=') || text[0] == '=') {
         return ry_cli_misuse("-s %s: give it as key.path=value, such as -s contact.friction=0.4",
                              text);
@@ -71,7 +76,8 @@ error_t ry_cli_override(const struct argp_state *state, ry_overrides *overrides,
     return 0;
 }
 
-error_t ry_cli_single(const char **place, const char *text) {
+error_t ry_cli_single(const char **place, const char *text)
+{
     if (*place) {
         return ry_cli_misuse("one file at a time: '%s' or '%s'?", *place, text);
     }
@@ -79,7 +85,8 @@ error_t ry_cli_single(const char **place, const char *text) {
     return 0;
 }
 
-void ry_page_write(void *data, const char *text) {
+void ry_page_write(void *data, const char *text)
+{
     ry_page *page = data;
     const size_t length = strlen(text);
     if (page->length + length + 1 > page->capacity) {
@@ -95,7 +102,8 @@ void ry_page_write(void *data, const char *text) {
     page->length += length;
 }
 
-void ry_page_print(ry_page *page) {
+void ry_page_print(ry_page *page)
+{
     if (page->length > 0) {
         fwrite(page->text, 1, page->length, stdout);
     }

@@ -6,7 +6,8 @@
 
 #include "cli/cli.h"
 
-static error_t parse(int key, char *text, struct argp_state *state) {
+static error_t parse(int key, char *text, struct argp_state *state)
+{
     const char **file = state->input;
     switch (key) {
     case ARGP_KEY_ARG: return ry_cli_single(file, text);
@@ -23,7 +24,8 @@ static const struct argp argp = {
         "or was killed, can be read as well.",
 };
 
-int ry_cli_info(int argc, char **argv) {
+int ry_cli_info(int argc, char **argv)
+{
     const char *file = NULL;
     ry_error error = {0};
     ry_page page = {0};

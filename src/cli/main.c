@@ -34,7 +34,8 @@ static const char page[] =
     "4 a file can't be read or written; 130 stopped by a signal, everything is saved.";
 
 /* Options before the command are answered there and then; what follows it is the command's. */
-static error_t parse_main(int key, char *text, struct argp_state *state) {
+static error_t parse_main(int key, char *text, struct argp_state *state)
+{
     switch (key) {
     case ARGP_KEY_ARG:
         *(const char **)state->input = text;
@@ -45,7 +46,8 @@ static error_t parse_main(int key, char *text, struct argp_state *state) {
     }
 }
 
-static int run_command(int argc, char **argv) {
+static int run_command(int argc, char **argv)
+{
     static const struct argp argp = {.parser = parse_main, .args_doc = "COMMAND ...", .doc = page};
     const char *name = NULL;
     const int status = ry_cli_parse("ryusa", &argp, ARGP_IN_ORDER, argc, argv, &name);
@@ -66,12 +68,14 @@ static int run_command(int argc, char **argv) {
 }
 
 /* The reader of our output has closed it: no failure of ours. */
-static int is_reader_gone(void) {
+static int is_reader_gone(void)
+{
     struct pollfd out = {.fd = STDOUT_FILENO, .events = POLLOUT};
     return poll(&out, 1, 0) == 1 && (out.revents & POLLERR);
 }
 
-int main(int argc, char **argv) {
+int main(int argc, char **argv)
+{
     /* A result file must never take the number of a standard stream that came closed. */
     for (int fd = open("/dev/null", O_RDWR); fd >= 0; fd = open("/dev/null", O_RDWR)) {
         if (fd > STDERR_FILENO) {

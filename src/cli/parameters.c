@@ -8,7 +8,8 @@
 
 #include "cli/cli.h"
 
-static void print_value(const ry_parameter *p) {
+static void print_value(const ry_parameter *p)
+{
     if (p->type == 'c') {
         printf("%s", p->word);
     } else if (p->type == 'f') {
@@ -20,11 +21,13 @@ static void print_value(const ry_parameter *p) {
     }
 }
 
-static int is_same_value(const ry_parameter *a, const ry_parameter *b) {
+static int is_same_value(const ry_parameter *a, const ry_parameter *b)
+{
     return a->number == b->number || (isnan(a->number) && isnan(b->number));
 }
 
-static void print_allowed(const ry_parameter *p) {
+static void print_allowed(const ry_parameter *p)
+{
     if (p->type == 'c') {
         for (int i = 0; p->words[i]; i++) {
             printf("%s%s", i ? ", " : "", p->words[i]);
@@ -36,7 +39,8 @@ static void print_allowed(const ry_parameter *p) {
     }
 }
 
-static void print_row(const ry_parameter *p, const ry_parameter *inert) {
+static void print_row(const ry_parameter *p, const ry_parameter *inert)
+{
     printf("| `%s` | ", p->key);
     print_value(p);
     if (!is_same_value(p, inert)) {
@@ -49,7 +53,8 @@ static void print_row(const ry_parameter *p, const ry_parameter *inert) {
     printf(" | %s |\n", p->text);
 }
 
-static void print_head(void) {
+static void print_head(void)
+{
     printf(
         "# Parameters of a scene\n\n"
         "Made by `ryusa show --parameters` (`make docs`); don't edit.\n\n"
@@ -60,7 +65,8 @@ static void print_head(void) {
         "`title:` at the top is any text.\n");
 }
 
-static void print_tail(void) {
+static void print_tail(void)
+{
     printf(
         "\n## output.fields\n\nA list; all of them unless given. What is not asked for is not computed.\n\n"
         "| word | meaning |\n|---|---|\n");
@@ -76,7 +82,8 @@ static void print_tail(void) {
         "`diameter` and\n`density` those of `grains`, `fixed` false unless given.\n");
 }
 
-void ry_cli_print_parameters(void) {
+void ry_cli_print_parameters(void)
+{
     ry_config with = ry_config_default(1), without = ry_config_default(0);
     ry_parameter p, inert;
     char section[64] = "";

@@ -10,14 +10,16 @@
 #include <time.h>
 #include <unistd.h>
 
-static double clock_seconds(void) {
+static double clock_seconds(void)
+{
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
     return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
 /* 7 -> "7 s", 200 -> "3 min 20 s", 4000 -> "1 h 06 min", 200000 -> "2 d 7 h" */
-static void print_span(char *out, size_t size, double seconds) {
+static void print_span(char *out, size_t size, double seconds)
+{
     const long long s = llround(fmin(seconds, 1e15));
     if (s < 60) {
         snprintf(out, size, "%lld s", s);
@@ -31,7 +33,8 @@ static void print_span(char *out, size_t size, double seconds) {
 }
 
 /* 15576 -> "15600", 2345678 -> "2.35 million" */
-static void print_rate(char *out, size_t size, double rate) {
+static void print_rate(char *out, size_t size, double rate)
+{
     if (rate >= 1e6) {
         snprintf(out, size, "%.3g million", rate / 1e6);
     } else if (rate >= 100) {
@@ -43,7 +46,8 @@ static void print_rate(char *out, size_t size, double rate) {
 }
 
 /* "t = 4.51 / 10.00 s", with as many digits as tell apart a thousandth of the run. */
-static void print_clock(char *out, size_t size, double time, double end) {
+static void print_clock(char *out, size_t size, double time, double end)
+{
     const int digits = end > 0 ? 3 - (int)ceil(log10(end)) : 0;
     if (digits > 7) {
         snprintf(out, size, "t = %.3e / %.3e s", time, end);
@@ -53,7 +57,8 @@ static void print_clock(char *out, size_t size, double time, double end) {
     }
 }
 
-static void print_state(char *out, size_t size, const ry_progress *p) {
+static void print_state(char *out, size_t size, const ry_progress *p)
+{
     char now[80], rate[32] = "", left[32] = "";
     print_clock(now, sizeof now, (double)p->step * p->dt, (double)p->last_step * p->dt);
     const char *phase = (double)p->step * p->dt < p->settle ? "  settling" : "";
@@ -66,11 +71,13 @@ static void print_state(char *out, size_t size, const ry_progress *p) {
     }
 }
 
-static int percent(const ry_progress *p) {
+static int percent(const ry_progress *p)
+{
     return p->last_step > 0 ? (int)(100.0 * (double)p->step / (double)p->last_step) : 0;
 }
 
-static void show_on_terminal(const ry_progress *p) {
+static void show_on_terminal(const ry_progress *p)
+{
     enum { BAR = 30 };
     char text[200], bar[BAR + 4] = "";
     struct winsize window = {0};
@@ -93,13 +100,15 @@ static void show_on_terminal(const ry_progress *p) {
     fflush(stderr);
 }
 
-static void show_in_log(const ry_progress *p) {
+static void show_in_log(const ry_progress *p)
+{
     char text[200];
     print_state(text, sizeof text, p);
     fprintf(stderr, "%3d %%  %s\n", percent(p), text);
 }
 
-ry_progress ry_progress_start(const ry_config *config, int quiet) {
+ry_progress ry_progress_start(const ry_config *config, int quiet)
+{
     const char *term = getenv("TERM");
     const int able = term && strcmp(term, "dumb") != 0;
     return (ry_progress){.quiet = quiet,
@@ -108,7 +117,8 @@ ry_progress ry_progress_start(const ry_config *config, int quiet) {
                          .settle = config->time_settle};
 }
 
-void ry_progress_update(ry_progress *p, long long step, long long last_step, double rate) {
+void ry_progress_update(ry_progress *p, long long step, long long last_step, double rate)
+{
     const double now = clock_seconds();
     p->step = step;
     p->last_step = last_step;
@@ -129,7 +139,8 @@ void ry_progress_update(ry_progress *p, long long step, long long last_step, dou
     }
 }
 
-void ry_progress_end(ry_progress *p) {
+void ry_progress_end(ry_progress *p)
+{
     if (p->quiet) {
         return;
     }

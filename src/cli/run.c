@@ -26,7 +26,8 @@ typedef struct arguments {
 
 /* --- The command line ------------------------------------------------------------------------- */
 
-static error_t parse_threads(const char *text, int *threads) {
+static error_t parse_threads(const char *text, int *threads)
+{
     char *end;
     errno = 0;
     const long n = strtol(text, &end, 10);
@@ -38,14 +39,16 @@ static error_t parse_threads(const char *text, int *threads) {
     return 0;
 }
 
-static int is_same_file(const char *a, const char *b) {
+static int is_same_file(const char *a, const char *b)
+{
     struct stat sa, sb;
     return stat(a, &sa) == 0 && stat(b, &sb) == 0 && sa.st_dev == sb.st_dev &&
            sa.st_ino == sb.st_ino;
 }
 
 /* flumes/steep.yaml -> steep.h5 */
-static char *name_output(const char *scene) {
+static char *name_output(const char *scene)
+{
     const char *slash = strrchr(scene, '/');
     const char *base = slash ? slash + 1 : scene;
     const char *dot = strrchr(base, '.');
@@ -58,7 +61,8 @@ static char *name_output(const char *scene) {
     return name;
 }
 
-static error_t finish_arguments(arguments *a) {
+static error_t finish_arguments(arguments *a)
+{
     if (!a->scene || !*a->scene) {
         return ry_cli_misuse("which scene file?");
     }
@@ -75,7 +79,8 @@ static error_t finish_arguments(arguments *a) {
     return 0;
 }
 
-static error_t parse(int key, char *text, struct argp_state *state) {
+static error_t parse(int key, char *text, struct argp_state *state)
+{
     arguments *a = state->input;
     switch (key) {
     case 'o': a->output = text; return 0;
@@ -115,7 +120,8 @@ static const struct argp argp = {
 
 static volatile sig_atomic_t stop_asked;
 
-static void ask_to_stop(int signal_number) {
+static void ask_to_stop(int signal_number)
+{
     (void)signal_number;
     if (stop_asked) {
         _exit(RY_STOPPED);
@@ -124,7 +130,8 @@ static void ask_to_stop(int signal_number) {
 }
 
 /* A signal that the caller has ignored (nohup, a job in the background) stays ignored. */
-static void catch_signals(void) {
+static void catch_signals(void)
+{
     static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
     for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
         struct sigaction old, action = {.sa_handler = ask_to_stop, .sa_flags = SA_RESTART};
@@ -135,7 +142,8 @@ static void catch_signals(void) {
     }
 }
 
-static int on_progress(void *data, long long step, long long last_step, double rate) {
+static int on_progress(void *data, long long step, long long last_step, double rate)
+{
     ry_progress_update(data, step, last_step, rate);
     return stop_asked;
 }
@@ -143,7 +151,8 @@ static int on_progress(void *data, long long step, long long last_step, double r
 /* --- What is said at the end ------------------------------------------------------------------ */
 
 /* As a shell would need it. */
-static void print_word(FILE *out, const char *word) {
+static void print_word(FILE *out, const char *word)
+{
     int plain = *word != 0;
     for (const char *c = word; *c; c++) {
         plain = plain && (isalnum((unsigned char)*c) || strchr("_-./=,:+@%", *c));
@@ -159,7 +168,8 @@ static void print_word(FILE *out, const char *word) {
     fputc('\'', out);
 }
 
-static void print_stopped(const arguments *a, const ry_progress *progress) {
+static void print_stopped(const arguments *a, const ry_progress *progress)
+{
     fprintf(stderr, "ryusa: stopped at t = %.6g s, saved; go on with: ryusa run",
             (double)progress->step * progress->dt);
     print_word(stderr, a->scene);
@@ -175,7 +185,8 @@ static void print_stopped(const arguments *a, const ry_progress *progress) {
     fputs(" --resume\n", stderr);
 }
 
-static void print_flux(const ry_config *config, const ry_run_result *r) {
+static void print_flux(const ry_config *config, const ry_run_result *r)
+{
     if (r->samples <= 0) {
         printf("q*      not known: the run has no samples with the fluid on\n");
         return;
@@ -191,7 +202,8 @@ static void print_flux(const ry_config *config, const ry_run_result *r) {
     }
 }
 
-static void print_summary(const arguments *a, const ry_config *config, const ry_run_result *r) {
+static void print_summary(const arguments *a, const ry_config *config, const ry_run_result *r)
+{
     if (r->note[0]) {
         printf("note    %s\n", r->note);
     }
@@ -205,7 +217,8 @@ static void print_summary(const arguments *a, const ry_config *config, const ry_
     printf("\nresult  %s\nstate hash 0x%016llx\n", a->output, r->hash);
 }
 
-static int run(const arguments *a, const ry_config *config) {
+static int run(const arguments *a, const ry_config *config)
+{
     ry_error error = {0};
     ry_run_result result = {0};
     ry_progress progress = ry_progress_start(config, a->quiet);
@@ -232,7 +245,8 @@ static int run(const arguments *a, const ry_config *config) {
     return RY_OK;
 }
 
-int ry_cli_run(int argc, char **argv) {
+int ry_cli_run(int argc, char **argv)
+{
     arguments a = {0};
     int status = ry_cli_parse("ryusa run", &argp, 0, argc, argv, &a);
     if (status == RY_OK) {

@@ -12,7 +12,8 @@ typedef struct arguments {
     int parameters;
 } arguments;
 
-static error_t parse(int key, char *text, struct argp_state *state) {
+static error_t parse(int key, char *text, struct argp_state *state)
+{
     arguments *a = state->input;
     switch (key) {
     case 's': return ry_cli_override(state, &a->overrides, text);
@@ -37,7 +38,8 @@ static const struct argp argp = {
     .doc = "Shows the resolved parameters of a scene and what follows from them.",
 };
 
-static int show(const arguments *a) {
+static int show(const arguments *a)
+{
     ry_error error = {0};
     ry_config config;
     ry_page page = {0};
@@ -54,7 +56,8 @@ static int show(const arguments *a) {
     return RY_OK;
 }
 
-int ry_cli_show(int argc, char **argv) {
+int ry_cli_show(int argc, char **argv)
+{
     arguments a = {0};
     int status = ry_cli_parse("ryusa show", &argp, 0, argc, argv, &a);
     if (status == RY_OK && a.parameters) {

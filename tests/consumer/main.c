@@ -5,7 +5,8 @@
 #include <ryusa/ryusa.h>
 #include <stdio.h>
 
-int main(void) {
+int main(void)
+{
     ry_error error = {RY_OK, ""};
     ry_config config = ry_config_default(1);
     config.fluid_model = RY_FLUID_NONE;
