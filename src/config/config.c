@@ -59,9 +59,14 @@ int ry_config_parameter(const ry_config *config, int index, ry_parameter *out)
         return 0;
     }
     const ry_key_row *row = ry_keys_row(index);
-    *out = (ry_parameter){.section = row->section, .key = row->key, .unit = row->unit,
-                          .text = row->text, .type = row->type, .low = row->low,
-                          .high = row->high, .number = ry_keys_get(config, index)};
+    *out = (ry_parameter){.section = row->section,
+                          .key = row->key,
+                          .unit = row->unit,
+                          .text = row->text,
+                          .type = row->type,
+                          .low = row->low,
+                          .high = row->high,
+                          .number = ry_keys_get(config, index)};
     if (row->type == 'c') {
         fill_words(row, out);
     }

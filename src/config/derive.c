@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * What follows from a config: the constants of Harada et al. (eqs. 4 and 5), the fluid's scales, the
- * numbers of steps. Letters as in their paper: alpha_m, alpha_cn, beta, k, eta, m. */
+ * What follows from a config: the constants of Harada et al. (eqs. 4 and 5), the fluid's scales,
+ * the numbers of steps. Letters as in their paper: alpha_m, alpha_cn, beta, k, eta, m. */
 #include "config/keys.h"
 
 static const double pi = 3.14159265358979323846;

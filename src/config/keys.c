@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * The expansions of config.def. A key that stands in config.def needs nothing else in this folder. */
+ * The expansions of config.def. A key that stands there needs nothing else in this folder. */
 #include "config/keys.h"
 
 #include <assert.h>
@@ -46,6 +46,7 @@ const ry_key_row *ry_keys_row(int key)
     return &rows[key];
 }
 
+/* clang-format off */
 #define RY_REAL(section, key, ...) \
     case RY_KEY_##section##_##key: return config->section##_##key;
 #define RY_INT(section, key, ...) \
@@ -54,8 +55,7 @@ const ry_key_row *ry_keys_row(int key)
     case RY_KEY_##section##_##key: return config->section##_##key;
 #define RY_CHOICE(section, key, ...) \
     case RY_KEY_##section##_##key: return (double)config->section##_##key;
-double ry_keys_get(const ry_config *config, int key)
-{
+double ry_keys_get(const ry_config *config, int key) {
     switch (key) {
 #include "ryusa/config.def"
     default: return NAN;
@@ -74,8 +74,7 @@ double ry_keys_get(const ry_config *config, int key)
     case RY_KEY_##section##_##key: config->section##_##key = (int)value; break;
 #define RY_CHOICE(section, key, list, ...) \
     case RY_KEY_##section##_##key: config->section##_##key = (ry_##list)(int)value; break;
-void ry_keys_set(ry_config *config, int key, double value)
-{
+void ry_keys_set(ry_config *config, int key, double value) {
     switch (key) {
 #include "ryusa/config.def"
     default: break;
@@ -85,6 +84,7 @@ void ry_keys_set(ry_config *config, int key, double value)
 #undef RY_INT
 #undef RY_FLAG
 #undef RY_CHOICE
+/* clang-format on */
 
 int ry_keys_find(const char *section, const char *key)
 {

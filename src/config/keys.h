@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * config.def as a table: every parameter has a number RY_KEY_section_key, a row that describes it and
- * a value that can be read and set as a double (flags 0 or 1, choices by index, integers exactly). */
+ * config.def as a table: every parameter has a number RY_KEY_section_key, a row that describes it
+ * and a value that can be read and set as a double (flags 0 or 1, choices by index, integers
+ * exactly). */
 #ifndef RY_CONFIG_KEYS_H
 #define RY_CONFIG_KEYS_H
 
@@ -23,8 +24,8 @@ enum {
 
 typedef struct ry_key_row {
     const char *section, *key;
-    char type;                /* as in ry_parameter */
-    double usual, inert;      /* defaults with and without `grains`; NAN: derived */
+    char type;           /* as in ry_parameter */
+    double usual, inert; /* defaults with and without `grains`; NAN: derived */
     const char *unit;
     double low, high;         /* allowed range, both included */
     const char *const *words; /* of a choice, NULL after the last */

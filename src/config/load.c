@@ -85,9 +85,11 @@ static ry_status split(const char *text, ry_place place, char section[40], char 
 {
     const char *equals = strchr(text, '=');
     if (is_particles(text)) {
-        return ry_place_fail(place, NULL, error, "particles can't be set by -s; edit the scene file");
+        return ry_place_fail(place, NULL, error,
+                             "particles can't be set by -s; edit the scene file");
     }
-    if (equals == NULL || equals == text + strspn(text, " ") || strpbrk(text, "\r\n") != NULL || !ry_yaml_is_utf8(text)) {
+    if (equals == NULL || equals == text + strspn(text, " ") || strpbrk(text, "\r\n") != NULL ||
+        !ry_yaml_is_utf8(text)) {
         return ry_place_fail(place, NULL, error,
                              "not an override; write section.key=value in one line");
     }
@@ -116,8 +118,8 @@ static ry_status apply_parts(ry_reader *reader, const char *section, const char 
     RY_TRY(ry_yaml_load(&document, value, reader->place, reader->error));
     yaml_document_t *scene = reader->document;
     reader->document = &document;
-    const ry_status status = ry_reader_value(reader, section, key, NULL,
-                                             yaml_document_get_root_node(&document));
+    const ry_status status =
+        ry_reader_value(reader, section, key, NULL, yaml_document_get_root_node(&document));
     reader->document = scene;
     yaml_document_delete(&document);
     return status;
@@ -167,8 +169,8 @@ static ry_status either(ry_reader *reader, int a, int b)
     return RY_OK;
 }
 
-static ry_status read_all(ry_reader *reader, const stored_lines *stored, const char *const *overrides,
-                          int n_overrides)
+static ry_status read_all(ry_reader *reader, const stored_lines *stored,
+                          const char *const *overrides, int n_overrides)
 {
     RY_TRY(ry_reader_scene(reader));
     for (int i = stored->n - 1; i >= 0; i--) {
@@ -193,8 +195,8 @@ static int names_grains(const char *override_)
 }
 
 /* Whether the scene has a section `grains`, or gets one by an override. */
-static int has_grains(yaml_document_t *document, const stored_lines *stored, const char *const *overrides,
-                      int n_overrides)
+static int has_grains(yaml_document_t *document, const stored_lines *stored,
+                      const char *const *overrides, int n_overrides)
 {
     int found = 0;
     for (int i = 0; i < stored->n; i++) {
@@ -247,8 +249,8 @@ static ry_status keep_texts(ry_config *config, const char *text, const char *nam
 }
 
 static ry_status read_document(ry_config *config, yaml_document_t *document, const char *text,
-                               const char *name, const stored_lines *stored, const char *const *overrides,
-                               int n_overrides, ry_error *error)
+                               const char *name, const stored_lines *stored,
+                               const char *const *overrides, int n_overrides, ry_error *error)
 {
     *config = ry_config_default(has_grains(document, stored, overrides, n_overrides));
     RY_TRY(keep_texts(config, text, name, overrides, n_overrides, error));
@@ -282,8 +284,8 @@ static ry_status parse(ry_config *config, const char *text, const char *name,
                            ? ry_yaml_load(&document, text, place, error)
                            : ry_fail(error, RY_BAD_FILE, "not enough memory to read %s", name);
     if (status == RY_OK) {
-        status = read_document(config, &document, text, name, &stored, overrides, n_overrides,
-                               error);
+        status =
+            read_document(config, &document, text, name, &stored, overrides, n_overrides, error);
         yaml_document_delete(&document);
     }
     stored_free(&stored);
@@ -342,7 +344,8 @@ static ry_status refuse_binary(const char *text, size_t length, const char *path
                              "an HDF5 file, not a scene; 'ryusa info' tells what it holds");
     }
     if (strlen(text) != length) {
-        return ry_place_fail(place, NULL, error, "not a text file (it has NUL bytes); a scene is "
+        return ry_place_fail(place, NULL, error,
+                             "not a text file (it has NUL bytes); a scene is "
                              "YAML text");
     }
     return RY_OK;

@@ -78,7 +78,8 @@ const char *ry_nearest_word(const char *word, const char *const *words)
 }
 
 /* Keeps the better of the best so far and section.key (or key alone). */
-static void offer(int distance, const char *section, const char *key, int *least, char *out, int size)
+static void offer(int distance, const char *section, const char *key, int *least, char *out,
+                  int size)
 {
     if (distance < *least) {
         *least = distance;

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * Explicit grains may touch at the start but not overlap, each other or a plane. Sweep: grains sorted by
- * their near edge along the longer side of the scene; partners of one begin before its far edge. */
+ * Explicit grains may touch at the start but not overlap, each other or a plane. Sweep: grains
+ * sorted by their near edge along the longer side of the scene; partners of one begin before its
+ * far edge. */
 #include <stdlib.h>
 
 #include "config/resolve.h"
@@ -72,7 +73,8 @@ static ry_status check_pair(const ry_check *check, const disc *a, const disc *b)
     }
     const int first = a->index < b->index ? a->index : b->index;
     const int second = a->index < b->index ? b->index : a->index;
-    return ry_check_fail_particle(check, second, "overlaps another grain, %s, by %.3g m; grains may "
+    return ry_check_fail_particle(check, second,
+                                  "overlaps another grain, %s, by %.3g m; grains may "
                                   "touch at the start, but not overlap",
                                   ry_check_name(check, first).text, overlap);
 }
@@ -113,13 +115,16 @@ static ry_status check_planes(const ry_check *check, int index)
         return RY_OK;
     }
     if (config->domain_floor == RY_FLOOR_FLAT && below > allowed) {
-        return ry_check_fail_particle(check, index, "overlaps the floor z = 0 by %.3g m; allowed is "
-                                      "z of at least %.9g m", below, radius);
+        return ry_check_fail_particle(check, index,
+                                      "overlaps the floor z = 0 by %.3g m; allowed is "
+                                      "z of at least %.9g m",
+                                      below, radius);
     }
     if (config->domain_walls && (left > allowed || right > allowed)) {
-        return ry_check_fail_particle(check, index, "overlaps a side wall by %.3g m; allowed is x "
-                                      "from %.9g to %.9g m", fmax(left, right), radius,
-                                      check->derived.length - radius);
+        return ry_check_fail_particle(check, index,
+                                      "overlaps a side wall by %.3g m; allowed is x "
+                                      "from %.9g to %.9g m",
+                                      fmax(left, right), radius, check->derived.length - radius);
     }
     return RY_OK;
 }

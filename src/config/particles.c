@@ -9,11 +9,12 @@
 #include "config/nearest.h"
 #include "config/reader.h"
 
-/* Where explicit grains may be and how fast they may go at the start; all beyond is a slip of units. */
+/* Where explicit grains may be and how fast they may go at the start; all beyond is a slip of
+ * units. */
 static const double farthest = 1e9, fastest = 1e9, fastest_spin = 1e12;
 
 enum { AT_POSITION, AT_VELOCITY, AT_SPIN, AT_DIAMETER, AT_DENSITY, AT_FIXED, AT_COUNT };
-static const char *const names[] = {"position", "velocity", "spin",   "diameter",
+static const char *const names[] = {"position", "velocity", "spin", "diameter",
                                     "density",  "fixed",    NULL};
 
 #define FAIL(reader, node, path, ...) \
@@ -74,9 +75,11 @@ static ry_status unknown(const ry_reader *reader, const yaml_node_t *key, const 
 {
     const char *text = ry_yaml_text(key);
     const char *near = text != NULL ? ry_nearest_word(text, names) : NULL;
-    return FAIL(reader, key, path, "unknown key %s; %s%s%skeys of a particle: position, velocity, "
-                "spin, diameter, density, fixed", ry_yaml_quote(key).text,
-                near ? "did you mean " : "", near ? near : "", near ? "? " : "");
+    return FAIL(reader, key, path,
+                "unknown key %s; %s%s%skeys of a particle: position, velocity, "
+                "spin, diameter, density, fixed",
+                ry_yaml_quote(key).text, near ? "did you mean " : "", near ? near : "",
+                near ? "? " : "");
 }
 
 static ry_status read_particle(const ry_reader *reader, const yaml_node_t *node, int index,
@@ -85,7 +88,8 @@ static ry_status read_particle(const ry_reader *reader, const yaml_node_t *node,
     char path[80];
     (void)snprintf(path, sizeof path, "particles[%d]", index);
     if (node->type != YAML_MAPPING_NODE) {
-        return FAIL(reader, node, path, "%s stands where a map such as {position: [0, 1 mm]} belongs",
+        return FAIL(reader, node, path,
+                    "%s stands where a map such as {position: [0, 1 mm]} belongs",
                     ry_yaml_quote(node).text);
     }
     int seen[AT_COUNT] = {0};
@@ -114,8 +118,10 @@ ry_status ry_reader_particles(ry_reader *reader)
         return RY_OK;
     }
     if (list->type != YAML_SEQUENCE_NODE) {
-        return FAIL(reader, list, "particles", "%s stands where a list belongs, one entry "
-                    "'- {position: [x, z]}' for each grain", ry_yaml_quote(list).text);
+        return FAIL(reader, list, "particles",
+                    "%s stands where a list belongs, one entry "
+                    "'- {position: [x, z]}' for each grain",
+                    ry_yaml_quote(list).text);
     }
     const int n = (int)(list->data.sequence.items.top - list->data.sequence.items.start);
     ry_config *config = reader->config;

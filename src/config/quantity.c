@@ -3,7 +3,8 @@
  *
  * The number is scanned here (strtod alone would take "0x10", "nan" and the decimal comma of some
  * locales), the unit by udunits2. Its unit table is read once, when the first unit appears, and is
- * the only mutable state that configs share; its parser is not safe for threads, hence the mutex. */
+ * the only mutable state that configs share; its parser is not safe for threads, hence the
+ * mutex. */
 #include "config/quantity.h"
 
 #include <ctype.h>
@@ -136,7 +137,8 @@ static void load_system(void)
     }
 }
 
-/* Looks the pair of units up or works it out. Returns 0: no table, 1: unknown unit, 2: scale set. */
+/* Looks the pair of units up or works it out. Returns 0: no table, 1: unknown unit, 2: scale
+ * set. */
 static int find_scale(const char *from, const char *to, double *scale)
 {
     for (int i = 0; i < KNOWN; i++) {
@@ -188,8 +190,10 @@ static int convert(const char *from, const char *to, double *value, char *proble
         (void)pthread_mutex_unlock(&units.mutex);
     }
     if (found == 0) {
-        (void)snprintf(problem, size, "the table of units (udunits2) can't be read; give a bare "
-                       "number in %s", to);
+        (void)snprintf(problem, size,
+                       "the table of units (udunits2) can't be read; give a bare "
+                       "number in %s",
+                       to);
     } else if (found == 1) {
         (void)snprintf(problem, size, "'%s' is not a unit; give %s, or a bare number in %s",
                        ry_place_quote(from).text, dimension(to), to);

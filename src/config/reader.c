@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * Every value goes through ry_reader_value, from the file as from -s, so both meet the same checks. */
+ * Every value goes through ry_reader_value, from the file as from -s, so both meet the same
+ * checks. */
 #include "config/reader.h"
 
 #include <stdio.h>
@@ -124,7 +125,7 @@ static ry_status read_word(const ry_reader *reader, const yaml_node_t *node, con
 static ry_status read_fields(ry_reader *reader, const yaml_node_t *node)
 {
 #define RY_FIELD(bit, word, text) word,
-    static const char *const words[] = {RY_LIST_field(RY_FIELD) NULL};
+    static const char *const words[] = { RY_LIST_field(RY_FIELD) NULL };
 #undef RY_FIELD
     const char *path = "output.fields";
     unsigned fields = 0;
@@ -140,7 +141,8 @@ static ry_status read_fields(ry_reader *reader, const yaml_node_t *node)
             fields |= 1U << (unsigned)index;
         }
     } else {
-        return FAIL(reader, node, path, "a map stands where a list such as [position, flux] belongs");
+        return FAIL(reader, node, path,
+                    "a map stands where a list such as [position, flux] belongs");
     }
     reader->config->output_fields = fields;
     return RY_OK;
@@ -188,8 +190,7 @@ static ry_status read_row(const ry_reader *reader, int key, const yaml_node_t *n
 {
     const ry_key_row *row = ry_keys_row(key);
     switch (row->type) {
-    case 'r':
-        return ry_reader_real(reader, node, path, row->unit, row->low, row->high, value);
+    case 'r': return ry_reader_real(reader, node, path, row->unit, row->low, row->high, value);
     case 'i': return read_integer(reader, node, path, row, value);
     case 'f': return ry_reader_flag(reader, node, path, value);
     default: return read_word(reader, node, path, row->words, value);
@@ -209,8 +210,8 @@ static ry_status refuse_twice(const ry_reader *reader, const yaml_node_t *node, 
     return RY_OK;
 }
 
-static ry_status read_key(ry_reader *reader, int key, const char *path,
-                          const yaml_node_t *key_node, const yaml_node_t *node)
+static ry_status read_key(ry_reader *reader, int key, const char *path, const yaml_node_t *key_node,
+                          const yaml_node_t *node)
 {
     int line = reader->at[key].place.line;
     double value = NAN;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * YAML nodes -> ry_config: types, units, ranges, words; remembers where every parameter was given. */
+ * YAML nodes -> ry_config: types, units, ranges, words; remembers where every parameter was
+ * given. */
 #ifndef RY_CONFIG_READER_H
 #define RY_CONFIG_READER_H
 
@@ -24,7 +25,7 @@ typedef struct ry_reader {
         int order; /* 1, 2, ...: as given; 0: not given */
     } at[RY_KEY_COUNT];
     int section_line[RY_KEY_COUNT], title_line, fields_line; /* 0: not seen yet */
-    yaml_node_t *particles; /* the list in the file; NULL: none */
+    yaml_node_t *particles;                                  /* the list in the file; NULL: none */
 } ry_reader;
 
 /* Reads a whole scene but the list of particles, which waits for the defaults in `grains`. */

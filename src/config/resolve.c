@@ -83,15 +83,17 @@ static ry_status check_particle_values(const ry_check *check)
     const ry_key_row *density = ry_keys_row(RY_KEY_grains_density);
     for (int i = 0; i < check->config->n_particles; i++) {
         const ry_particle *p = &check->config->particles[i];
-        if (!isfinite(p->position[0] + p->position[1] + p->velocity[0] + p->velocity[1] + p->spin)) {
+        if (!isfinite(p->position[0] + p->position[1] + p->velocity[0] + p->velocity[1] +
+                      p->spin)) {
             return ry_check_fail_particle(check, i, "position, velocity and spin must be finite");
         }
         if (!(p->diameter >= diameter->low && p->diameter <= diameter->high) ||
             !(p->density >= density->low && p->density <= density->high)) {
-            return ry_check_fail_particle(check, i, "diameter %g m or density %g kg/m^3 is out of "
-                                          "range; allowed are %g to %g and %g to %g", p->diameter,
-                                          p->density, diameter->low, diameter->high, density->low,
-                                          density->high);
+            return ry_check_fail_particle(check, i,
+                                          "diameter %g m or density %g kg/m^3 is out of "
+                                          "range; allowed are %g to %g and %g to %g",
+                                          p->diameter, p->density, diameter->low, diameter->high,
+                                          density->low, density->high);
         }
     }
     return RY_OK;
@@ -112,7 +114,8 @@ static ry_status check_presence(const ry_check *check)
     }
     if ((long long)config->grains_columns * config->grains_layers > 100000000 &&
         config->has_grains) {
-        return ry_check_fail(check, RY_KEY_grains_layers, "columns x layers = %lld; allowed are at "
+        return ry_check_fail(check, RY_KEY_grains_layers,
+                             "columns x layers = %lld; allowed are at "
                              "most 1e8 grains",
                              (long long)config->grains_columns * config->grains_layers);
     }
@@ -128,8 +131,10 @@ static ry_status check_steps(const ry_check *check)
                              fmax(config->time_end, config->time_settle) / dt, dt, most_steps);
     }
     if (config->output_interval / dt > 1e9) {
-        return ry_check_fail(check, RY_KEY_output_interval, "%.3g steps of %g s between frames; "
-                             "allowed are at most 1e9", config->output_interval / dt, dt);
+        return ry_check_fail(check, RY_KEY_output_interval,
+                             "%.3g steps of %g s between frames; "
+                             "allowed are at most 1e9",
+                             config->output_interval / dt, dt);
     }
     return RY_OK;
 }
@@ -212,28 +217,31 @@ static ry_status check_domain(const ry_check *check)
     const ry_config *config = check->config;
     const double length = check->derived.length;
     if (config->domain_walls && config->domain_periodic) {
-        return ry_check_fail(check, RY_KEY_domain_walls,
-                             "side walls need domain.periodic: false");
+        return ry_check_fail(check, RY_KEY_domain_walls, "side walls need domain.periodic: false");
     }
     if (length == 0.0 && (config->domain_periodic || config->domain_walls ||
                           config->domain_floor == RY_FLOOR_ROUGH)) {
-        return ry_check_fail(check, RY_KEY_domain_length, "is needed by %s; give a length such as "
-                             "'10 mm'", config->domain_periodic ? "domain.periodic: true"
-                                        : config->domain_walls  ? "domain.walls: true"
-                                                                : "domain.floor: rough");
+        return ry_check_fail(check, RY_KEY_domain_length,
+                             "is needed by %s; give a length such as "
+                             "'10 mm'",
+                             config->domain_periodic ? "domain.periodic: true"
+                             : config->domain_walls  ? "domain.walls: true"
+                                                     : "domain.floor: rough");
     }
     const double skin = isnan(config->numerics_skin) ? 0.3 : config->numerics_skin;
     const double least = 2.5 * (check->d_max + skin * check->derived.d);
     if (config->domain_periodic && length <= least) {
-        return ry_check_fail(check, RY_KEY_domain_length, "%g m is too short for a periodic scene; "
-                             "more than 2.5 x (largest diameter + skin) = %g m is needed", length,
-                             least);
+        return ry_check_fail(check, RY_KEY_domain_length,
+                             "%g m is too short for a periodic scene; "
+                             "more than 2.5 x (largest diameter + skin) = %g m is needed",
+                             length, least);
     }
     const double bed = config->grains_columns * config->grains_diameter;
     if (config->has_grains && length < bed * (1.0 - 1e-9)) {
-        return ry_check_fail(check, RY_KEY_domain_length, "%g m is too short for %d columns of %g "
-                             "m; at least %g m is needed", length, config->grains_columns,
-                             config->grains_diameter, bed);
+        return ry_check_fail(check, RY_KEY_domain_length,
+                             "%g m is too short for %d columns of %g "
+                             "m; at least %g m is needed",
+                             length, config->grains_columns, config->grains_diameter, bed);
     }
     return RY_OK;
 }
@@ -245,18 +253,21 @@ static ry_status check_fluid(const ry_check *check)
         return RY_OK;
     }
     if (!(config->fluid_density > 0.0)) {
-        return ry_check_fail(check, RY_KEY_fluid_density, "a fluid needs a density above 0; for "
+        return ry_check_fail(check, RY_KEY_fluid_density,
+                             "a fluid needs a density above 0; for "
                              "none set fluid.model: none");
     }
     if (!(check->derived.density > config->fluid_density)) {
-        return ry_check_fail(check, RY_KEY_fluid_density, "%g kg/m^3 is not below the density of "
-                             "the grains, %g kg/m^3; they would float", config->fluid_density,
-                             check->derived.density);
+        return ry_check_fail(check, RY_KEY_fluid_density,
+                             "%g kg/m^3 is not below the density of "
+                             "the grains, %g kg/m^3; they would float",
+                             config->fluid_density, check->derived.density);
     }
     if (check->derived.shields > ry_keys_row(RY_KEY_fluid_shields)->high) {
-        return ry_check_fail(check, RY_KEY_fluid_shear_stress, "makes a Shields number of %g; "
-                             "allowed is at most %g", check->derived.shields,
-                             ry_keys_row(RY_KEY_fluid_shields)->high);
+        return ry_check_fail(check, RY_KEY_fluid_shear_stress,
+                             "makes a Shields number of %g; "
+                             "allowed is at most %g",
+                             check->derived.shields, ry_keys_row(RY_KEY_fluid_shields)->high);
     }
     return RY_OK;
 }

@@ -4,8 +4,9 @@
  * Restitution of a linear spring and dashpot that never pulls (Schwager & Poeschel 2007, Granular
  * Matter 9, 465): the contact ends when the force, not the overlap, is back to zero.
  *
- * With x'' + 2 zeta x' + x = 0, x(0) = 0, x'(0) = 1 and zeta = cos(phi), omega = sin(phi):
- * x = exp(-zeta t) sin(omega t)/omega, and x'' = 0 again at omega t = 2 phi, where x' = -exp(-zeta t). So
+ * With x'' + 2 zeta x' + x = 0, x(0) = 0, x'(0) = 1 and zeta = cos(phi), omega = sin(phi): x =
+ * exp(-zeta t) sin(omega t)/omega, and x'' = 0 again at omega t = 2 phi, where x' = -exp(-zeta t).
+ * So
  *
  *     e = exp(-2 phi/tan(phi)),   over-damped: phi = i psi,   e = exp(-2 psi/tanh(psi)) */
 #include "ryusa/config.h"

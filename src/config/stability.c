@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * Time steps beyond what a law bears are refused before the run, with the limit. For the lightest pair
- * of grains let a = k dt^2 (1/m1 + 1/m2) and c = eta dt (1/m1 + 1/m2). The explicit spring-dashpot step
+ * Time steps beyond what a law bears are refused before the run, with the limit. For the lightest
+ * pair of grains let a = k dt^2 (1/m1 + 1/m2) and c = eta dt (1/m1 + 1/m2). The explicit
+ * spring-dashpot step
  *
  *     v' = v - a x - c v,   x' = x + v'        is stable for   a + 2c < 4.
  *
- * In a bed the fastest mode is that of the triangular lattice, omega^2 = 6 k/m = 3 k (2/m): 3a + 6c < 4.
- * The authors' laws and `energy` bound themselves; their step only must resolve a contact at all. */
+ * In a bed the fastest mode is that of the triangular lattice, omega^2 = 6 k/m = 3 k (2/m), hence
+ * 3a + 6c < 4. The authors' laws and `energy` bound themselves; their step must only resolve a
+ * contact at all. */
 #include "config/resolve.h"
 
 static int is_cundall(const ry_config *config)
@@ -39,14 +41,14 @@ static ry_status refuse(const ry_check *check, const char *rule, double value, d
                              "too few steps for a contact of law %s: %s = %.4g, the limit is %g; "
                              "allowed is contact.alpha_m of at least %.4g%s",
                              law, rule, value, limit, config->contact_alpha_m / factor * 1.001,
-                             dashpot_rules(check)
-                                 ? ", or less damping (contact.alpha_cn)" : "");
+                             dashpot_rules(check) ? ", or less damping (contact.alpha_cn)" : "");
     }
-    return ry_check_fail(check, RY_KEY_contact_stiffness,
-                         "too stiff for law %s: %s = %.4g, the limit is %g; allowed is at most %.4g "
-                         "N/m, or time.step of at most %.4g s",
-                         law, rule, value, limit, check->derived.stiffness * factor * factor * 0.999,
-                         config->time_step * factor * 0.999);
+    return ry_check_fail(
+        check, RY_KEY_contact_stiffness,
+        "too stiff for law %s: %s = %.4g, the limit is %g; allowed is at most %.4g "
+        "N/m, or time.step of at most %.4g s",
+        law, rule, value, limit, check->derived.stiffness * factor * factor * 0.999,
+        config->time_step * factor * 0.999);
 }
 
 static ry_status check_cundall(const ry_check *check, double a, double inverse)
@@ -57,7 +59,8 @@ static ry_status check_cundall(const ry_check *check, double a, double inverse)
                                           : 2.0 * check->derived.zeta_impact * sqrt(a);
     const double value = many * (a + 2.0 * c);
     if (!isfinite(c)) {
-        return ry_check_fail(check, RY_KEY_contact_restitution, "0 needs an infinite dashpot in law "
+        return ry_check_fail(check, RY_KEY_contact_restitution,
+                             "0 needs an infinite dashpot in law "
                              "cundall with contact.mapping: exact; give more than 0");
     }
     if (value < 4.0) {
@@ -68,16 +71,19 @@ static ry_status check_cundall(const ry_check *check, double a, double inverse)
     return refuse(check, check->is_bed ? "3a + 6c" : "a + 2c", value, 4.0, factor);
 }
 
-/* Impacts of fujioka-1 at s = 1 need e^2 >= a/(1 + a), or there is no next step with the energy wanted. */
+/* Impacts of fujioka-1 at s = 1 need e^2 >= a/(1 + a), or there is no next step with the energy
+ * wanted. */
 static ry_status check_fujioka1(const ry_check *check, double a)
 {
     const double e = check->config->contact_restitution, least = sqrt(a / (1.0 + a));
     if (e >= least) {
         return RY_OK;
     }
-    return ry_check_fail(check, RY_KEY_contact_restitution, "%.4g is beyond law fujioka-1 with this "
+    return ry_check_fail(check, RY_KEY_contact_restitution,
+                         "%.4g is beyond law fujioka-1 with this "
                          "step, which can't keep the energy of an impact; allowed is at least %.4g "
-                         "= sqrt(a/(1 + a)), or a larger contact.alpha_m", e, least);
+                         "= sqrt(a/(1 + a)), or a larger contact.alpha_m",
+                         e, least);
 }
 
 static ry_status check_law(const ry_check *check)
@@ -96,9 +102,9 @@ static ry_status check_law(const ry_check *check)
     return config->contact_law == RY_LAW_FUJIOKA1 ? check_fujioka1(check, a) : RY_OK;
 }
 
-/* How far the lowest grains of the bed are pressed into each other [m], and `part`: by which factor 1/k
- * must be smaller for that to be `limit`. Law `energy` softens k to k/(1 + 1.5 a) on lasting contacts;
- * tanaka's force is k L (overlap/L)^1.5. */
+/* How far the lowest grains of the bed are pressed into each other [m], and `part`: by which factor
+ * 1/k must be smaller for that to be `limit`. Law `energy` softens k to k/(1 + 1.5 a) on lasting
+ * contacts; tanaka's force is k L (overlap/L)^1.5. */
 static double static_overlap(const ry_check *check, double limit, double *part)
 {
     const ry_config *config = check->config;
@@ -111,7 +117,8 @@ static double static_overlap(const ry_check *check, double limit, double *part)
         return overlap;
     }
     const double soft = config->contact_law == RY_LAW_ENERGY
-                            ? weight * 1.5 * dt * dt * (check->inverse[0] + check->inverse[1]) : 0.0;
+                            ? weight * 1.5 * dt * dt * (check->inverse[0] + check->inverse[1])
+                            : 0.0;
     *part = (limit - soft) / linear;
     return linear + soft;
 }
@@ -129,16 +136,19 @@ static ry_status check_load(const ry_check *check)
         return RY_OK;
     }
     if (part > 0.0 && !isnan(config->contact_stiffness)) {
-        return ry_check_fail(check, RY_KEY_contact_stiffness, "the bed is too soft: its %d layers "
+        return ry_check_fail(check, RY_KEY_contact_stiffness,
+                             "the bed is too soft: its %d layers "
                              "press the lowest grains %.2g diameters into each other, the limit is "
-                             "0.3; allowed is at least %.3g N/m", config->grains_layers, overlap / d,
+                             "0.3; allowed is at least %.3g N/m",
+                             config->grains_layers, overlap / d,
                              check->derived.stiffness / part * 1.001);
     }
     const double factor = config->contact_law == RY_LAW_TANAKA ? sqrt(part) : sqrt(limit / overlap);
-    return ry_check_fail(check, RY_KEY_time_step, "the bed is too soft: its %d layers press the "
+    return ry_check_fail(check, RY_KEY_time_step,
+                         "the bed is too soft: its %d layers press the "
                          "lowest grains %.2g diameters into each other, the limit is 0.3; allowed "
-                         "is time.step of at most %.3g s%s", config->grains_layers, overlap / d,
-                         config->time_step * factor * 0.999,
+                         "is time.step of at most %.3g s%s",
+                         config->grains_layers, overlap / d, config->time_step * factor * 0.999,
                          isnan(config->contact_stiffness) ? ", or a smaller contact.alpha_m" : "");
 }
 
@@ -147,7 +157,8 @@ static ry_status check_motion(const ry_check *check)
     const ry_config *config = check->config;
     const double dt = config->time_step, g = config->domain_gravity;
     if (!(g * dt * dt < 0.1 * check->d_min)) {
-        return ry_check_fail(check, RY_KEY_time_step, "a grain falls %.2g diameters in its first step, "
+        return ry_check_fail(check, RY_KEY_time_step,
+                             "a grain falls %.2g diameters in its first step, "
                              "the limit is 0.1; allowed is less than %.3g s",
                              g * dt * dt / check->d_min, sqrt(0.1 * check->d_min / g));
     }
@@ -155,9 +166,11 @@ static ry_status check_motion(const ry_check *check)
         const double *v = config->particles[i].velocity;
         const double speed = hypot(v[0], v[1]);
         if (!(speed * dt < 0.5 * check->d_min)) {
-            return ry_check_fail_particle(check, i, "moves %.2g times the smallest diameter in one "
-                                          "step, the limit is 0.5; allowed is time.step below %.3g s",
-                                          speed * dt / check->d_min, 0.5 * check->d_min / speed);
+            return ry_check_fail_particle(
+                check, i,
+                "moves %.2g times the smallest diameter in one "
+                "step, the limit is 0.5; allowed is time.step below %.3g s",
+                speed * dt / check->d_min, 0.5 * check->d_min / speed);
         }
     }
     return RY_OK;

@@ -51,9 +51,23 @@ static ry_status refuse_second(yaml_parser_t *parser, const char *text, ry_place
     return status;
 }
 
+/* libyaml needs time that grows with the square of the depth; a scene is five levels deep. Brackets
+ * in texts and comments count too, and do no harm: they mostly close. */
+static int too_deep(const char *text)
+{
+    int depth = 0;
+    for (; *text != '\0' && depth < 1000; text++) {
+        depth += (*text == '[' || *text == '{') - (*text == ']' || *text == '}');
+    }
+    return depth >= 1000;
+}
+
 ry_status ry_yaml_load(yaml_document_t *document, const char *text, ry_place place, ry_error *error)
 {
     yaml_parser_t parser;
+    if (too_deep(text)) {
+        return ry_place_fail(place, NULL, error, "not valid YAML for a scene: nested too deeply");
+    }
     if (!yaml_parser_initialize(&parser)) {
         return ry_fail(error, RY_BAD_FILE, "not enough memory to read %s", place.name);
     }
@@ -64,9 +78,11 @@ ry_status ry_yaml_load(yaml_document_t *document, const char *text, ry_place pla
         status = syntax_error(&parser, text, place, error);
     } else {
         if (yaml_document_get_root_node(document) == NULL) {
-            status = ry_place_fail(place, NULL, error, place.override_ != NULL
-                         ? "no value; write section.key=value"
-                         : "the scene is empty; it needs at least 'grains:' or 'particles:'");
+            status = ry_place_fail(
+                place, NULL, error,
+                place.override_ != NULL
+                    ? "no value; write section.key=value"
+                    : "the scene is empty; it needs at least 'grains:' or 'particles:'");
         } else {
             status = refuse_second(&parser, text, place, error);
         }

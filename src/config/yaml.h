@@ -11,7 +11,8 @@
 
 /* Reads one document. One without content is an error, as are several. On success `document` is to
  * be freed with yaml_document_delete. */
-ry_status ry_yaml_load(yaml_document_t *document, const char *text, ry_place place, ry_error *error);
+ry_status ry_yaml_load(yaml_document_t *document, const char *text, ry_place place,
+                       ry_error *error);
 
 /* The node's text; NULL: not a scalar, or with a NUL character in it. */
 const char *ry_yaml_text(const yaml_node_t *node);
