@@ -114,6 +114,8 @@ ry_progress ry_progress_start(const ry_config *config, int quiet)
     return (ry_progress){.quiet = quiet,
                          .terminal = able && isatty(STDERR_FILENO),
                          .dt = config->time_step,
+                         .last_step = ry_config_derive(config).steps_end,
+                         .shown_step = -1,
                          .settle = config->time_settle};
 }
 
@@ -139,15 +141,18 @@ void ry_progress_update(ry_progress *p, long long step, long long last_step, dou
     }
 }
 
-void ry_progress_end(ry_progress *p)
+void ry_progress_end(ry_progress *p, int finished)
 {
+    if (finished) {
+        p->step = p->last_step;
+    }
     if (p->quiet) {
         return;
     }
     if (p->terminal) {
         fprintf(stderr, "\r\033[K");
         fflush(stderr);
-    } else if (p->step != p->shown_step) {
+    } else if (p->step != p->shown_step && (finished || p->step > 0)) {
         show_in_log(p);
     }
 }

@@ -13,7 +13,7 @@ typedef struct ry_progress {
     double dt, settle;         /* of the scene [s] */
     double next_time;          /* of the clock, when to show again [s] */
     long long next_tenth;      /* of the run, when a log gets its next line */
-    long long shown_step;      /* of the last line in a log */
+    long long shown_step;      /* of the last line in a log, -1: none */
     long long step, last_step; /* as last told */
     double rate;               /* steps per second */
 } ry_progress;
@@ -21,7 +21,7 @@ typedef struct ry_progress {
 ry_progress ry_progress_start(const ry_config *config, int quiet);
 void ry_progress_update(ry_progress *progress, long long step, long long last_step, double rate);
 
-/* Clears the terminal's line; a log gets its last line, of how far it came. */
-void ry_progress_end(ry_progress *progress);
+/* Clears the terminal's line; a log gets its last line, of how far it came: all the way if `finished`. */
+void ry_progress_end(ry_progress *progress, int finished);
 
 #endif

@@ -230,7 +230,7 @@ static int run(const arguments *a, const ry_config *config)
                                         .data = &progress};
     catch_signals();
     const ry_status status = ry_run(config, &run_options, &result, &error);
-    ry_progress_end(&progress);
+    ry_progress_end(&progress, status == RY_OK && result.steps > 0 && !result.stopped_early);
     if (status == RY_STOPPED) {
         print_stopped(a, &progress);
         return RY_STOPPED;
