@@ -162,6 +162,22 @@ static int write_pages(ry_atomic *file, const unsigned char *from, size_t size, 
     return 0;
 }
 
+/* What was written to an exposed place must also come into a page that is changed beside it. */
+static void update_pages(const ry_atomic *file, const unsigned char *from, size_t size, uint64_t at)
+{
+    while (size > 0 && file->used > 0) {
+        const size_t offset = (size_t)(at % PAGE);
+        const size_t part = size < PAGE - offset ? size : PAGE - offset;
+        const page *const place = find_place(file, at / PAGE);
+        if (place->bytes != NULL) {
+            memcpy(place->bytes + offset, from, part);
+        }
+        from += part;
+        size -= part;
+        at += part;
+    }
+}
+
 static void read_pages(const ry_atomic *file, unsigned char *to, size_t size, uint64_t at)
 {
     while (size > 0 && file->used > 0) {
@@ -210,20 +226,35 @@ int ry_atomic_read(ry_atomic *file, void *buffer, size_t size, uint64_t at)
     return 0;
 }
 
+/* How many of the bytes must go into pages; the rest, at the end, goes into the file. */
+static size_t count_kept(const ry_atomic *file, size_t size, uint64_t at)
+{
+    if (file->failure != 0) {
+        return size;
+    }
+    if (at >= file->kept || is_exposed(file, at, size)) {
+        return 0;
+    }
+    return at + size > file->kept ? (size_t)(file->kept - at) : size;
+}
+
 int ry_atomic_write(ry_atomic *file, const void *from, size_t size, uint64_t at)
 {
     if (at + size > file->size) {
         file->size = at + size;
     }
-    size_t in_pages = 0;
-    if (file->failure != 0 || (at < file->kept && !is_exposed(file, at, size))) {
-        in_pages = file->failure == 0 && at + size > file->kept ? (size_t)(file->kept - at) : size;
+    const unsigned char *const bytes = from;
+    size_t kept = count_kept(file, size, at);
+    if (kept < size) {
+        const int failure = write_all(file->fd, bytes + kept, size - kept, at + kept);
+        if (failure == 0) {
+            update_pages(file, bytes + kept, size - kept, at + kept);
+        } else {
+            fail(file, failure);
+            kept = size;
+        }
     }
-    if (in_pages < size) {
-        fail(file, write_all(file->fd, (const unsigned char *)from + in_pages, size - in_pages, at + in_pages));
-        in_pages = file->failure != 0 ? size : in_pages;
-    }
-    return write_pages(file, from, in_pages, at);
+    return write_pages(file, bytes, kept, at);
 }
 
 /* --- journal --- */
