@@ -36,15 +36,15 @@ def save(figure, path):
 
 
 def speed_norm(result, indices):
-    """Colours end where the fastest per cent begins; the root brings out the slow ones."""
+    """Colours end where the fastest per cent begins; the power below 1 brings out the slow ones."""
     free = ~result.fixed
     if not free.any() or not result.has("velocity"):
-        return PowerNorm(0.5, 0.0, 1.0)
+        return PowerNorm(0.7, 0.0, 1.0)
     speeds = np.concatenate([result.speed(k)[free] for k in indices])
     speeds = speeds[np.isfinite(speeds)]
     top = float(np.percentile(speeds, 99)) if len(speeds) else 0.0
     top = top if top > 0.0 else float(speeds.max(initial=0.0))
-    return PowerNorm(0.5, 0.0, top if top > 0.0 else 1.0)
+    return PowerNorm(0.7, 0.0, top if top > 0.0 else 1.0)
 
 
 def extent(result, indices):

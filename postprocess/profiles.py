@@ -50,7 +50,7 @@ def draw_stress(axes, z, profile, stress, picture):
         axes.plot(grain, z, color=picture.ORANGE, label="grains")
     if stress:
         axes.axvline(stress, color=picture.GREY, lw=0.9, ls="--", label=r"imposed $\tau_b$")
-        axes.set_xlim(right=1.6 * stress)
+        axes.set_xlim(right=1.25 * stress)
         low = min(np.nanmin(v) for v in (fluid, grain, np.zeros(1)) if v is not None)
         axes.set_xlim(left=max(1.05 * low, -0.5 * stress) if low < -0.02 * stress else -0.02 * stress)
     axes.set_xlabel("shear stress (Pa)")
