@@ -35,13 +35,18 @@ static const char scene[] =
 enum { N = 36, NZ = 12 };
 static char folder[] = "/tmp/ryusa-test-io-XXXXXX";
 
+/* The path of a name; it stays valid. */
 static const char *in_folder(const char *name)
 {
-    static char paths[8][200];
-    static int next;
-    char *const path = paths[next++ % 8];
-    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
-    return path;
+    static char paths[64][200];
+    char path[200];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    int k = 0;
+    while (paths[k][0] != '\0' && strcmp(paths[k], path) != 0) {
+        ++k;
+        assert_true(k < 64);
+    }
+    return strcpy(paths[k], path);
 }
 
 static int python(const char *command, const char *a, const char *b)
@@ -528,7 +533,11 @@ static void test_limit(void **unused)
             signal(SIGXFSZ, SIG_IGN);
             setrlimit(RLIMIT_FSIZE, &most);
             const ry_status status = run(&of);
-            _exit(status != RY_OK && strstr(of.error.text, "File too large") == NULL ? 99 : (int)status);
+            if (status != RY_OK && strstr(of.error.text, "File too large") == NULL) {
+                print_message("%s\n", of.error.text);
+                _exit(99);
+            }
+            _exit((int)status);
         }
         int status = 0;
         waitpid(child, &status, 0);
