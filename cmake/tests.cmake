@@ -3,7 +3,7 @@
 #
 # Every tests/test_*.c, .py and .sh is one test of ctest. A test says how it wants to be run in a comment
 # of its own that holds the word `ctest:` and what applies of
-#     slow          label slow instead of fast (ctest -L fast leaves it out)
+#     slow          label slow instead of fast (ctest -L fast leaves it out); the language is a label, too
 #     serial        nothing else runs meanwhile: it measures time
 #     timeout N     seconds, 300 otherwise
 # Exit code 77: skipped; the reason is in the output.
@@ -24,6 +24,7 @@ function(describe_test name file)
     set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
     file(STRINGS ${file} wish REGEX "ctest:" LIMIT_COUNT 1)
     string(REGEX REPLACE ".*ctest:" "" wish "${wish}")
+    string(REGEX REPLACE ".*[.]" "" language ${file})
     set(label fast)
     if(wish MATCHES "slow")
         set(label slow)
@@ -38,7 +39,7 @@ function(describe_test name file)
     endif()
     # Spinning threads slow each other down on a machine that also does something else.
     set_tests_properties(${name} PROPERTIES
-        LABELS ${label} TIMEOUT ${timeout} RUN_SERIAL ${serial} SKIP_RETURN_CODE 77
+        LABELS "${label};${language}" TIMEOUT ${timeout} RUN_SERIAL ${serial} SKIP_RETURN_CODE 77
         ENVIRONMENT "OMP_WAIT_POLICY=passive;RYUSA=$<TARGET_FILE:ryusa_program>;SOURCE_DIR=${PROJECT_SOURCE_DIR};BUILD_DIR=${PROJECT_BINARY_DIR};RY_LIBRARY=$<TARGET_FILE:ryusa>;MPLBACKEND=Agg")
 endfunction()
 

@@ -71,8 +71,7 @@ ry_result *ry_result_new(const char *path, const ry_config *config, const ry_sta
                           .periodic = config->domain_periodic, .n = state->grains.n};
     result->path = ry_lock_path(path, "");
     result->part = ry_lock_path(path, ".part");
-    result->title = ry_lock_path(config->title != NULL ? config->title : "", "");
-    if (result->path == NULL || result->part == NULL || result->title == NULL) {
+    if (result->path == NULL || result->part == NULL) {
         ry_result_close(result);
         ry_no_memory(error, strlen(path));
         return NULL;
@@ -100,7 +99,6 @@ void ry_result_close(ry_result *result)
     free(result->flux);
     free(result->path);
     free(result->part);
-    free(result->title);
     free(result);
 }
 
@@ -437,7 +435,7 @@ static ry_status finish(ry_result *result, const ry_state *state, ry_error *erro
         return ry_fail(error, RY_BAD_FILE, "%s: can't be renamed to %s: %s", result->part,
                        result->path, strerror(errno));
     }
-    return ry_xdmf_write(result, result->path, error);
+    return ry_xdmf_write(result->path, 1, error);
 }
 
 ry_status ry_result_finish(ry_result *result, const ry_state *state, ry_error *error)

@@ -15,7 +15,6 @@ enum { RY_FILE_FORMAT = 1 };
 
 struct ry_result {
     char *path, *part; /* OUT.h5, OUT.h5.part */
-    char *title;
     int fd;            /* of part: holds the lock as long as it is open */
     int replace;       /* OUT.h5 may be overwritten at the end */
     int broken;        /* a flush failed: nothing more is written */
@@ -59,7 +58,8 @@ int ry_checkpoint_write(const ry_h5 *file, int slot, int64_t sequence, const ry_
 /* The newest whole checkpoint: 1 found, 0 there is none, -1 there are only damaged ones. */
 int ry_checkpoint_read(hid_t file, ry_state *state, int *slot, int64_t *sequence);
 
-/* xdmf.c: writes OUT.xdmf for the finished file OUT.h5, opened as `file`; without positions, none. */
-ry_status ry_xdmf_write(const ry_result *result, const char *h5_path, ry_error *error);
+/* xdmf.c: writes OUT.xdmf for a finished OUT.h5, if it has positions; an existing one stays unless
+ * `anew`. */
+ry_status ry_xdmf_write(const char *h5_path, int anew, ry_error *error);
 
 #endif

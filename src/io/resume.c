@@ -240,7 +240,7 @@ static ry_status resume_finished(ry_result **result, const char *path, const cha
 {
     RY_TRY(look_at_finished(path, config, found, error));
     if (*found == FINISHED) {
-        return RY_OK;
+        return ry_xdmf_write(path, 0, error); /* a kill at the very end may have left it out */
     }
     if (*fd >= 0) {
         close(*fd);

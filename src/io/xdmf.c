@@ -14,8 +14,10 @@
 
 typedef struct frames {
     const char *h5; /* name without folder */
+    char *title;
     int64_t n, count;
     double *time;
+    int positions, velocities, spins; /* which of them the file has */
 } frames;
 
 /* Text as XML wants it. */
@@ -77,7 +79,7 @@ static void put_fixed(FILE *stream, const frames *all, const char *name, const c
     fprintf(stream, "        </Attribute>\n");
 }
 
-static void put_frame(FILE *stream, const frames *all, int64_t frame, unsigned fields)
+static void put_frame(FILE *stream, const frames *all, int64_t frame)
 {
     fprintf(stream, "      <Grid Name=\"grains\" GridType=\"Uniform\">\n");
     fprintf(stream, "        <Time Value=\"%.17g\"/>\n", all->time[frame]);
@@ -86,10 +88,10 @@ static void put_frame(FILE *stream, const frames *all, int64_t frame, unsigned f
     fprintf(stream, "        <Geometry GeometryType=\"XY\">\n");
     put_row(stream, all, frame, "position/value", 2);
     fprintf(stream, "        </Geometry>\n");
-    if ((fields & RY_FIELD_VELOCITY) != 0) {
+    if (all->velocities) {
         put_attribute(stream, all, frame, "velocity", 2);
     }
-    if ((fields & RY_FIELD_SPIN) != 0) {
+    if (all->spins) {
         put_attribute(stream, all, frame, "spin", 1);
     }
     put_fixed(stream, all, "diameter", "NumberType=\"Float\" Precision=\"8\"");
@@ -99,27 +101,26 @@ static void put_frame(FILE *stream, const frames *all, int64_t frame, unsigned f
     fprintf(stream, "      </Grid>\n");
 }
 
-static void put_all(FILE *stream, const frames *all, const ry_result *result)
+static void put_all(FILE *stream, const frames *all)
 {
     fprintf(stream, "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<Xdmf Version=\"2.0\">\n  <Domain>\n");
     fprintf(stream, "    <Grid Name=\"");
-    put_escaped(stream, result->title[0] != '\0' ? result->title : "ryusa");
+    put_escaped(stream, all->title != NULL && all->title[0] != '\0' ? all->title : "ryusa");
     fprintf(stream, "\" GridType=\"Collection\" CollectionType=\"Temporal\">\n");
     for (int64_t k = 0; k < all->count; ++k) {
-        put_frame(stream, all, k, result->fields);
+        put_frame(stream, all, k);
     }
     fprintf(stream, "    </Grid>\n  </Domain>\n</Xdmf>\n");
 }
 
-static ry_status write_to(const char *path, const frames *all, const ry_result *result,
-                          ry_error *error)
+static ry_status write_to(const char *path, const frames *all, ry_error *error)
 {
     FILE *const stream = fopen(path, "w");
     if (stream == NULL) {
         return ry_fail(error, RY_BAD_FILE, "%s: %s", path, strerror(errno));
     }
     errno = 0;
-    put_all(stream, all, result);
+    put_all(stream, all);
     const int failed = ferror(stream);
     const int failure = fclose(stream) != 0 || failed ? (errno != 0 ? errno : EIO) : 0;
     if (failure != 0) {
@@ -129,22 +130,37 @@ static ry_status write_to(const char *path, const frames *all, const ry_result *
     return RY_OK;
 }
 
-/* The times of the frames, from the file. */
-static ry_status read_times(frames *all, const char *h5_path, ry_error *error)
+static int read_frames(hid_t file, frames *all)
 {
-    static const char path[] = "particles/grains/position/time";
-    ry_h5 file;
-    ry_h5_shape shape;
-    RY_TRY(ry_h5_open(&file, h5_path, -1, RY_H5_READ, error));
-    int failed = ry_h5_get_shape(file.id, path, &shape) != 0 || shape.rank != 1;
-    all->count = failed ? 0 : (int64_t)shape.size[0];
+    ry_h5_shape times, ids;
+    ry_h5_get_text(file, "parameters", "title", &all->title);
+    all->positions = ry_h5_exists(file, "particles/grains/position");
+    all->velocities = ry_h5_exists(file, "particles/grains/velocity");
+    all->spins = ry_h5_exists(file, "particles/grains/spin");
+    if (!all->positions) {
+        return 0;
+    }
+    if (ry_h5_get_shape(file, "particles/grains/position/time", &times) != 0 || times.rank != 1 ||
+        ry_h5_get_shape(file, "particles/grains/id", &ids) != 0 || ids.rank != 1) {
+        return -1;
+    }
+    all->n = (int64_t)ids.size[0];
+    all->count = (int64_t)times.size[0];
     all->time = ry_array((size_t)all->count, sizeof(double));
-    failed = failed || all->time == NULL ||
-             (all->count > 0 &&
-              ry_h5_read(file.id, path, H5T_NATIVE_DOUBLE, shape.size[0], all->time) != 0);
+    return all->time != NULL && (all->count == 0 ||
+                                 ry_h5_read(file, "particles/grains/position/time",
+                                            H5T_NATIVE_DOUBLE, times.size[0], all->time) == 0)
+               ? 0
+               : -1;
+}
+
+static ry_status look_into(frames *all, const char *h5_path, ry_error *error)
+{
+    ry_h5 file;
+    RY_TRY(ry_h5_open(&file, h5_path, -1, RY_H5_READ, error));
+    const int failed = read_frames(file.id, all);
     ry_h5_close(&file, 1, "", NULL);
-    return failed ? ry_fail(error, RY_BAD_FILE, "%s: the times of the frames can't be read", h5_path)
-                  : RY_OK;
+    return failed ? ry_fail(error, RY_BAD_FILE, "%s: its frames can't be read", h5_path) : RY_OK;
 }
 
 /* OUT.xdmf for OUT.h5, NAME.xdmf for any other NAME. */
@@ -158,14 +174,13 @@ static char *xdmf_path(const char *h5_path)
     return path;
 }
 
-static ry_status write_and_rename(const char *path, const frames *all, const ry_result *result,
-                                  ry_error *error)
+static ry_status write_and_rename(const char *path, const frames *all, ry_error *error)
 {
     char *const part = ry_lock_path(path, ".part");
     if (part == NULL) {
         return ry_no_memory(error, strlen(path));
     }
-    ry_status status = write_to(part, all, result, error);
+    ry_status status = write_to(part, all, error);
     if (status == RY_OK && rename(part, path) != 0) {
         status = ry_fail(error, RY_BAD_FILE, "%s: %s", path, strerror(errno));
     }
@@ -173,24 +188,25 @@ static ry_status write_and_rename(const char *path, const frames *all, const ry_
     return status;
 }
 
-ry_status ry_xdmf_write(const ry_result *result, const char *h5_path, ry_error *error)
+ry_status ry_xdmf_write(const char *h5_path, int anew, ry_error *error)
 {
     char *const path = xdmf_path(h5_path);
     if (path == NULL) {
         return ry_no_memory(error, strlen(h5_path));
     }
+    const char *const slash = strrchr(h5_path, '/');
+    frames all = {.h5 = slash != NULL ? slash + 1 : h5_path};
     ry_status status = RY_OK;
-    if ((result->fields & RY_FIELD_POSITION) == 0) {
-        unlink(path); /* what an older result has left would show other frames */
-    } else {
-        const char *const slash = strrchr(h5_path, '/');
-        frames all = {.h5 = slash != NULL ? slash + 1 : h5_path, .n = result->n};
-        status = read_times(&all, h5_path, error);
-        if (status == RY_OK) {
-            status = write_and_rename(path, &all, result, error);
+    if (anew || access(path, F_OK) != 0) {
+        status = look_into(&all, h5_path, error);
+        if (status == RY_OK && all.positions) {
+            status = write_and_rename(path, &all, error);
+        } else if (status == RY_OK) {
+            unlink(path); /* an older one would show frames that are gone */
         }
-        free(all.time);
     }
+    free(all.time);
+    free(all.title);
     free(path);
     return status;
 }

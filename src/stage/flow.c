@@ -317,19 +317,44 @@ static void solve_tridiagonal(int32_t n, const double *low, double *diagonal, co
     }
 }
 
+/* Cells up to the highest that grains are in, or lately were. */
+static int32_t layer_top(const ry_flow *f, const ry_column *c)
+{
+    const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE, c->nz);
+    int32_t top = c->nz;
+    while (top > 2 && slope[top - 1] == 0.0 && c->phi[top - 1] < 1e-3) {
+        top--;
+    }
+    return top;
+}
+
+/* Above the grains nothing takes momentum out: the stress is tau_b and the fluid has long adapted to it
+ * (its own spin-up, depth/u_star, would be waiting, not physics of the bed). The closure gives the
+ * gradient: nu s + l^2 s^2 = tau/(rho (1-phi)). */
+static void clear_flow(const ry_flow *f, ry_column *c, int32_t first, const double *length, double tau)
+{
+    for (int32_t k = first; k < c->nz; k++) {
+        const double l2 = length[k - 1] * length[k - 1];
+        const double kinematic = tau / (f->density * open_part(c, k - 1));
+        const double s = 2.0 * kinematic /
+                         (f->viscosity + sqrt(f->viscosity * f->viscosity + 4.0 * l2 * kinematic));
+        c->u[k] = c->u[k - 1] + s * c->dz;
+    }
+}
+
 /* One implicit step of the balance over `advance` steps. The closure is linearised about the present
  * gradient s: tau' = tau(s) + K (s' - s), K = rho (1-phi)(nu + 2 l^2|s|): Newton's step, which for
  * this convex law does not overshoot. The grains' force is what they feel now, plus its change with
  * u; that change averages to nothing, so in the mean the fluid loses just what the grains gain. */
 static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
 {
-    const int32_t nz = c->nz;
+    const int32_t nz = layer_top(f, c);
     const double dz = c->dz, dt = f->dt * f->advance;
     const double per_cell = 1.0 / (f->length * f->d * dz);
-    const double *const force = sums_row(f, f->n_blocks, SUM_FORCE, nz);
-    const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE, nz);
-    double *const low = f->work, *const diagonal = low + nz, *const high = diagonal + nz;
-    double *const rhs = high + nz, *const length = rhs + nz;
+    const double *const force = sums_row(f, f->n_blocks, SUM_FORCE, c->nz);
+    const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE, c->nz);
+    double *const length = f->work, *const low = length + c->nz, *const diagonal = low + c->nz;
+    double *const high = diagonal + c->nz, *const rhs = high + c->nz;
     mixing_length(f, c, length);
     /* the face below the first cell is the floor, half a cell away: u = 0, viscous */
     double k_below = f->density * (1.0 - c->phi[0]) * f->viscosity / (0.5 * dz);
@@ -354,6 +379,7 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
     }
     solve_tridiagonal(nz, low, diagonal, high, rhs);
     memcpy(c->u, rhs, (size_t)nz * sizeof *c->u);
+    clear_flow(f, c, nz, length, tau_top);
 }
 
 /* d tau/dz in the cells, from the stress at their faces. */

@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * `ryusa show`: a scene in words and numbers, before it is run. */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "io/result.h"
+#include "scene/scene.h"
+#include "sim/sim.h"
+
+typedef struct ry_writer {
+    ry_write_fn *write;
+    void *data;
+} ry_writer;
+
+__attribute__((format(printf, 2, 3))) static void say(const ry_writer *w, const char *format, ...)
+{
+    char text[1200];
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    w->write(w->data, text);
+}
+
+static void say_parameters(const ry_writer *w, const ry_config *config)
+{
+    ry_parameter p;
+    const char *section = "";
+    say(w, "PARAMETERS\n");
+    for (int k = 0; ry_config_parameter(config, k, &p); k++) {
+        char value[64];
+        if (p.type == 'c') {
+            snprintf(value, sizeof value, "%s", p.word);
+        } else if (p.type == 'f') {
+            snprintf(value, sizeof value, "%s", p.number != 0.0 ? "true" : "false");
+        } else if (isnan(p.number)) {
+            snprintf(value, sizeof value, "-");
+        } else {
+            snprintf(value, sizeof value, "%.10g %s", p.number, p.type == 'r' && strcmp(p.unit, "1") ? p.unit : "");
+        }
+        if (strcmp(section, p.section) != 0) {
+            say(w, "  %s\n", p.section);
+            section = p.section;
+        }
+        say(w, "    %-16s %-22s %s\n", p.key, value, p.text);
+    }
+}
+
+static void say_contact(const ry_writer *w, const ry_config *config, const ry_derived *q)
+{
+    const ry_law_coef law = ry_plan_law(config, q);
+    const double dt = config->time_step;
+    const double im = q->step_ratio / (2.0 * q->stiffness * dt * dt); /* 1/m of the mean grain, wet */
+    const ry_bond pair = ry_bond_make(&law, 2.0 * im, 7.0 * im);
+    say(w, "\nCONTACT of two mean grains, d = %.6g m, m = %.6g kg\n", q->d, q->mass);
+    say(w, "  stiffness k              %.8g N/m\n", q->stiffness);
+    say(w, "  damping eta              %.8g N s/m\n", q->damping);
+    say(w, "  tangential stiffness k_t %.8g N/m\n", q->stiffness_t);
+    say(w, "  a = k dt^2/m_r           %.8g", q->step_ratio);
+    say(w, fabs(pair.a - q->step_ratio) > 1e-9 * pair.a ? " (bounded by the law to %.8g)\n" : "\n", pair.a);
+    say(w, "  eta dt/m_r               %.8g", law.zeta2 > 0.0 ? law.zeta2 * sqrt(q->step_ratio) : law.eta_dt * 2.0 * im);
+    say(w, law.bounded > 0.0 ? " (bounded by the law to %.8g)\n" : "\n", pair.c);
+    say(w, "  damping ratio zeta       %.8g (alpha_cn beta on the reduced mass)\n", q->zeta_pair);
+    say(w, "  restitution e            %.8g between two grains, %.8g at a wall or fixed grain\n",
+        q->restitution, q->restitution_wall);
+    say(w, "  static overlap           %.3g d under the grain's own weight\n",
+        q->mass * q->buoyant_gravity / (q->stiffness * q->d));
+}
+
+/* Largest time step that an explicit spring and dashpot bear (docs/contact-laws.md), for a pair and for
+ * the highest mode of a triangular packing, 3 a + 6 c < 4. */
+static void say_step(const ry_writer *w, const ry_config *config, const ry_derived *q)
+{
+    const double dt = config->time_step, a = q->step_ratio;
+    const ry_law_coef law = ry_plan_law(config, q);
+    const double c = law.zeta2 > 0.0 ? law.zeta2 * sqrt(a) : law.eta_dt * a / law.k_dt2;
+    say(w, "\nTIME STEP %.6g s, %lld steps to the end, frames every %d, samples every %d\n", dt,
+        q->steps_end, q->steps_frame, q->steps_series);
+    const double period = 2.0 * M_PI * sqrt(q->mass / q->stiffness);
+    say(w, "  period of a grain        %.6g s = %.4g steps\n", period, period / dt);
+    if (config->contact_law == RY_LAW_ENERGY) {
+        say(w, "  limit                    none by stiffness or damping: the law bounds both (a <= 10)\n");
+    } else {
+        say(w, "  a + 2 c < 4 for a pair   %.4g\n  3 a + 6 c < 4 for a bed  %.4g\n", a + 2.0 * c, 3.0 * a + 6.0 * c);
+    }
+}
+
+static void say_fluid(const ry_writer *w, const ry_config *config, const ry_derived *q)
+{
+    if (config->fluid_model == RY_FLUID_NONE) {
+        say(w, "\nFLUID none\n");
+        return;
+    }
+    say(w, "\nFLUID\n  Shields number           %.6g\n  bed shear stress         %.6g Pa\n", q->shields, q->shear_stress);
+    say(w, "  friction velocity        %.6g m/s\n", q->friction_velocity);
+    say(w, "  grain Reynolds number    %.6g\n", q->friction_velocity * q->d / config->fluid_viscosity);
+    say(w, "  flux: q_b = q* x %.6g m^2/s (sphere volumes over a slab of width d)\n", q->flux_unit);
+}
+
+/* Bytes per grain of the arrays: state, plan, and the pairs with four and a half neighbours listed. */
+static double memory_of(const ry_scene_size *size)
+{
+    const double grains = (double)(size->explicit_grains + size->bed + size->floor);
+    return grains * (80.0 + 80.0 + 60.0 + 80.0 + 4.5 * 74.0) + (double)size->nz * 400.0;
+}
+
+static void say_table(const ry_writer *w, const ry_plan *plan)
+{
+    say(w, "\nSTEP TABLE\n  %-2s %-10s %-36s %-26s -> %s\n", "#", "stage", "kernel", "reads", "writes");
+    for (int s = 0; s < plan->n_stages; s++) {
+        const ry_stage *const row = &plan->stage[s];
+        say(w, "  %-2d %-10s %-36s %-26s -> %s\n", s + 1, row->name, row->kernel, row->reads, row->writes);
+    }
+}
+
+/* Expected run time: a few steps are run for half a second at the most. */
+static ry_status say_cost(const ry_writer *w, const ry_config *config, const ry_scene_size *size, ry_error *error)
+{
+    const ry_derived q = ry_config_derive(config);
+    ry_sim *const sim = ry_sim_create(config, 0, error);
+    if (sim == NULL) {
+        return error->status;
+    }
+    const double started = ry_clock();
+    int64_t steps = 0;
+    ry_status status = RY_OK;
+    while (ry_clock() - started < 0.5 && steps < q.steps_end && status == RY_OK) {
+        status = ry_sim_step(sim, 8, NULL);
+        steps += 8;
+    }
+    const double per_step = (ry_clock() - started) / fmax((double)steps, 1.0);
+    const int64_t n = size->explicit_grains + size->bed + size->floor;
+    say(w, "\nSIZE AND COST\n  grains                   %lld explicit + %lld of the bed + %lld of the floor\n",
+        (long long)size->explicit_grains, (long long)size->bed, (long long)size->floor);
+    say(w, "  fluid column             %d cells of %.4g m\n", (int)size->nz, size->dz);
+    say(w, "  memory                   about %.3g MiB\n", memory_of(size) / 1048576.0);
+    say(w, "  threads                  %d\n", sim->plan.threads);
+    say(w, "  expected run time        about %.3g s (%.3g million grain-steps per second, measured now)\n",
+        per_step * (double)q.steps_end, 1e-6 * (double)n / per_step);
+    ry_sim_free(sim);
+    return RY_OK;
+}
+
+ry_status ry_describe_scene(const ry_config *config, ry_write_fn *write, void *data, ry_error *error)
+{
+    const ry_writer w = {write, data};
+    ry_error own = {0};
+    const ry_derived q = ry_config_derive(config);
+    const ry_scene_size size = ry_scene_measure(config);
+    ry_plan plan;
+    ry_plan_outline(&plan, config, config->has_grains && config->grains_spread > 0.0);
+    say(&w, "%s%s%s\n", config->path, config->title[0] ? ": " : "", config->title);
+    say_parameters(&w, config);
+    say_contact(&w, config, &q);
+    say_step(&w, config, &q);
+    say_fluid(&w, config, &q);
+    say_table(&w, &plan);
+    return say_cost(&w, config, &size, error != NULL ? error : &own);
+}
+
+ry_status ry_describe_file(const char *path, ry_write_fn *write, void *data, ry_error *error)
+{
+    return ry_result_describe(path, write, data, error);
+}
