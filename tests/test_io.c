@@ -502,7 +502,7 @@ static void test_kill(void **unused)
     for (int k = 0; k < kills && !exists("killed.h5"); ++k) {
         const pid_t child = fork();
         if (child == 0) {
-            _exit(run(&of));
+            _exit((int)run(&of));
         }
         random ^= random << 13;
         random ^= random >> 7;
