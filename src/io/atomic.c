@@ -31,14 +31,16 @@ typedef struct page {
 } page;
 
 struct ry_atomic {
-    char *journal;       /* its path */
+    char *journal; /* its path */
     int fd, owns_fd;
-    int failure;         /* first errno */
-    uint64_t kept;       /* bytes before this may change in pages only; a multiple of PAGE */
-    uint64_t size;       /* of the file as HDF5 sees it */
+    int failure;   /* first errno */
+    uint64_t kept; /* bytes before this may change in pages only; a multiple of PAGE */
+    uint64_t size; /* of the file as HDF5 sees it */
     page *table;
     size_t places, used; /* places is a power of 2 */
-    struct { uint64_t begin, end; } exposed[MAX_EXPOSED];
+    struct {
+        uint64_t begin, end;
+    } exposed[MAX_EXPOSED];
     int n_exposed;
 };
 
@@ -335,7 +337,8 @@ static int get_journal(ry_atomic *file, FILE *stream)
     }
     uint64_t sum = checksum(0, head, HEAD_WORDS), stored = 0;
     uint64_t *const numbers = calloc((size_t)head[1] + 1, sizeof *numbers);
-    int whole = numbers != NULL && fread(numbers, sizeof *numbers, (size_t)head[1], stream) == head[1];
+    int whole =
+        numbers != NULL && fread(numbers, sizeof *numbers, (size_t)head[1], stream) == head[1];
     sum = whole ? checksum(sum, numbers, (size_t)head[1]) : sum;
     for (uint64_t k = 0; whole && k < head[1]; ++k) {
         unsigned char *const bytes = own_page(file, numbers[k]);
@@ -399,9 +402,9 @@ static void set_kept(ry_atomic *file)
 
 int ry_atomic_commit(ry_atomic *file)
 {
-    if (file->failure == 0 && (ftruncate(file->fd, (off_t)(file->size > file->kept ? file->size
-                                                                                : file->kept)) != 0 ||
-                               fdatasync(file->fd) != 0)) {
+    if (file->failure == 0 &&
+        (ftruncate(file->fd, (off_t)(file->size > file->kept ? file->size : file->kept)) != 0 ||
+         fdatasync(file->fd) != 0)) {
         fail(file, errno);
     }
     if (file->failure == 0) {

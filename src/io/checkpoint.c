@@ -23,7 +23,8 @@ enum {
 };
 #undef ONE
 _Static_assert(sizeof(ry_grains) == (1 + GRAIN_FIELDS) * sizeof(void *), "a field without a list");
-_Static_assert(sizeof(ry_contacts) == (2 + CONTACT_FIELDS) * sizeof(void *), "a field without a list");
+_Static_assert(sizeof(ry_contacts) == (2 + CONTACT_FIELDS) * sizeof(void *),
+               "a field without a list");
 _Static_assert(sizeof(ry_column) == (3 + COLUMN_FIELDS) * sizeof(void *), "a field without a list");
 _Static_assert(sizeof(ry_ledger) == (1 + LEDGER_FIELDS) * sizeof(void *), "a field without a list");
 _Static_assert(sizeof(ry_state) == 2 * sizeof(int64_t) + sizeof(ry_grains) + sizeof(ry_contacts) +
@@ -31,16 +32,25 @@ _Static_assert(sizeof(ry_state) == 2 * sizeof(int64_t) + sizeof(ry_grains) + siz
                "the state has a field that no checkpoint holds");
 
 /* SCALAR(kind, name in the file, member) */
-#define SCALARS(SCALAR)                                    \
-    SCALAR(integer, "step", step)                          \
-    SCALAR(number, "time", time)                           \
-    SCALAR(number, "cell_height", column.dz)               \
-    SCALAR(number, "bed_level", column.bed_level)          \
+#define SCALARS(SCALAR)                           \
+    SCALAR(integer, "step", step)                 \
+    SCALAR(number, "time", time)                  \
+    SCALAR(number, "cell_height", column.dz)      \
+    SCALAR(number, "bed_level", column.bed_level) \
     SCALAR(number, "energy_start", ledger.energy_start)
 
-static hid_t type_double(void) { return H5T_NATIVE_DOUBLE; }
-static hid_t type_int32_t(void) { return H5T_NATIVE_INT32; }
-static hid_t type_uint8_t(void) { return H5T_NATIVE_UINT8; }
+static hid_t type_double(void)
+{
+    return H5T_NATIVE_DOUBLE;
+}
+static hid_t type_int32_t(void)
+{
+    return H5T_NATIVE_INT32;
+}
+static hid_t type_uint8_t(void)
+{
+    return H5T_NATIVE_UINT8;
+}
 
 static const char *slot_path(int slot)
 {
@@ -80,8 +90,7 @@ static int write_array(const ry_h5 *file, const char *path, hid_t type, int64_t 
     const ry_h5_shape shape = {type, 1, {(hsize_t)n}};
     expose(file, path);
     return ry_h5_write(file->id, path, &shape, data) == 0 &&
-                   ry_h5_set_unit(file->id, path, unit) == 0 &&
-                   ry_atomic_error(file->atomic) == 0
+                   ry_h5_set_unit(file->id, path, unit) == 0 && ry_atomic_error(file->atomic) == 0
                ? 0
                : -1;
 }
@@ -132,33 +141,33 @@ static int write_contacts_array(const ry_h5 *file, const char *path, hid_t type,
 
 static int write_arrays(const ry_h5 *file, int slot, const ry_state *state)
 {
-#define WRITE(type, field, unit, text)                                                            \
-    if (write_by_id(file, join(slot, "grains", #field).string, type_##type(), &state->grains, unit, \
-                    state->grains.field, sizeof(type)) != 0) {                                    \
-        return -1;                                                                                \
+#define WRITE(type, field, unit, text)                                                        \
+    if (write_by_id(file, join(slot, "grains", #field).string, type_##type(), &state->grains, \
+                    unit, state->grains.field, sizeof(type)) != 0) {                          \
+        return -1;                                                                            \
     }
     RY_GRAIN_FIELDS(WRITE)
 #undef WRITE
-#define WRITE(type, field, unit, text)                                                            \
-    if (write_contacts_array(file, join(slot, "contacts", #field).string, type_##type(),            \
+#define WRITE(type, field, unit, text)                                                             \
+    if (write_contacts_array(file, join(slot, "contacts", #field).string, type_##type(),           \
                              state->contacts.n, unit, state->contacts.field, sizeof(type)) != 0) { \
-        return -1;                                                                                \
+        return -1;                                                                                 \
     }
     RY_CONTACT_FIELDS(WRITE)
 #undef WRITE
-#define WRITE(field, unit, text)                                                                  \
-    if (state->column.nz > 0 &&                                                                   \
-        write_array(file, join(slot, "column", #field).string, H5T_NATIVE_DOUBLE, state->column.nz, \
-                    unit, state->column.field) != 0) {                                            \
-        return -1;                                                                                \
+#define WRITE(field, unit, text)                                                  \
+    if (state->column.nz > 0 &&                                                   \
+        write_array(file, join(slot, "column", #field).string, H5T_NATIVE_DOUBLE, \
+                    state->column.nz, unit, state->column.field) != 0) {          \
+        return -1;                                                                \
     }
     RY_COLUMN_FIELDS(WRITE)
 #undef WRITE
-#define WRITE(field, text)                                                                      \
-    if (state->ledger.field != NULL &&                                                          \
+#define WRITE(field, text)                                                                        \
+    if (state->ledger.field != NULL &&                                                            \
         write_by_id(file, join(slot, "ledger", #field).string, H5T_NATIVE_DOUBLE, &state->grains, \
-                    "J", state->ledger.field, sizeof(double)) != 0) {                           \
-        return -1;                                                                              \
+                    "J", state->ledger.field, sizeof(double)) != 0) {                             \
+        return -1;                                                                                \
     }
     RY_LEDGER_TOTALS(WRITE)
 #undef WRITE
@@ -169,9 +178,9 @@ static int write_scalars(hid_t file, int slot, int64_t sequence, const ry_state 
                          uint64_t hash)
 {
     const char *const path = slot_path(slot);
-#define WRITE(kind, field, member)                                     \
-    if (ry_h5_set_##kind(file, path, field, state->member) != 0) {     \
-        return -1;                                                     \
+#define WRITE(kind, field, member)                                 \
+    if (ry_h5_set_##kind(file, path, field, state->member) != 0) { \
+        return -1;                                                 \
     }
     SCALARS(WRITE)
 #undef WRITE
@@ -207,30 +216,30 @@ static int read_first(hid_t file, const char *path, hid_t type, int64_t n, void 
 
 static int read_arrays(hid_t file, int slot, ry_state *state)
 {
-#define READ(type, field, unit, text)                                                           \
-    if (read_first(file, join(slot, "grains", #field).string, type_##type(), state->grains.n,     \
-                   state->grains.field) != 0) {                                                 \
-        return -1;                                                                              \
+#define READ(type, field, unit, text)                                                         \
+    if (read_first(file, join(slot, "grains", #field).string, type_##type(), state->grains.n, \
+                   state->grains.field) != 0) {                                               \
+        return -1;                                                                            \
     }
     RY_GRAIN_FIELDS(READ)
 #undef READ
-#define READ(type, field, unit, text)                                                           \
+#define READ(type, field, unit, text)                                                             \
     if (read_first(file, join(slot, "contacts", #field).string, type_##type(), state->contacts.n, \
-                   state->contacts.field) != 0) {                                               \
-        return -1;                                                                              \
+                   state->contacts.field) != 0) {                                                 \
+        return -1;                                                                                \
     }
     RY_CONTACT_FIELDS(READ)
 #undef READ
-#define READ(field, unit, text)                                                                   \
-    if (read_first(file, join(slot, "column", #field).string, H5T_NATIVE_DOUBLE, state->column.nz,  \
-                   state->column.field) != 0) {                                                   \
-        return -1;                                                                                \
+#define READ(field, unit, text)                                                                    \
+    if (read_first(file, join(slot, "column", #field).string, H5T_NATIVE_DOUBLE, state->column.nz, \
+                   state->column.field) != 0) {                                                    \
+        return -1;                                                                                 \
     }
     RY_COLUMN_FIELDS(READ)
 #undef READ
 #define READ(field, text)                                                                         \
     if (state->ledger.field != NULL &&                                                            \
-        read_first(file, join(slot, "ledger", #field).string, H5T_NATIVE_DOUBLE, state->grains.n,   \
+        read_first(file, join(slot, "ledger", #field).string, H5T_NATIVE_DOUBLE, state->grains.n, \
                    state->ledger.field) != 0) {                                                   \
         return -1;                                                                                \
     }
@@ -263,9 +272,9 @@ static int read_size(hid_t file, int slot, ry_state *state)
 static int read_scalars(hid_t file, int slot, ry_state *state, uint64_t *hash)
 {
     const char *const path = slot_path(slot);
-#define READ(kind, field, member)                                      \
-    if (ry_h5_get_##kind(file, path, field, &state->member) != 0) {    \
-        return -1;                                                     \
+#define READ(kind, field, member)                                   \
+    if (ry_h5_get_##kind(file, path, field, &state->member) != 0) { \
+        return -1;                                                  \
     }
     SCALARS(READ)
 #undef READ

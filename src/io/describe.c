@@ -34,21 +34,24 @@ __attribute__((format(printf, 2, 3))) static void say(const page *to, const char
 static double number(const page *of, const char *path, const char *name)
 {
     double value = NAN;
-    return ry_h5_exists(of->file, path) && ry_h5_get_number(of->file, path, name, &value) == 0 ? value
-                                                                                                : NAN;
+    return ry_h5_exists(of->file, path) && ry_h5_get_number(of->file, path, name, &value) == 0
+               ? value
+               : NAN;
 }
 
 static long long integer(const page *of, const char *path, const char *name)
 {
     int64_t value = 0;
-    return ry_h5_exists(of->file, path) && ry_h5_get_integer(of->file, path, name, &value) == 0 ? value
-                                                                                                 : 0;
+    return ry_h5_exists(of->file, path) && ry_h5_get_integer(of->file, path, name, &value) == 0
+               ? value
+               : 0;
 }
 
 static int64_t length(const page *of, const char *path)
 {
     ry_h5_shape shape;
-    return ry_h5_get_shape(of->file, path, &shape) == 0 && shape.rank > 0 ? (int64_t)shape.size[0] : 0;
+    return ry_h5_get_shape(of->file, path, &shape) == 0 && shape.rank > 0 ? (int64_t)shape.size[0]
+                                                                          : 0;
 }
 
 /* All numbers of an array of one direction; NULL if it isn't there or empty. */
@@ -60,7 +63,8 @@ static double *numbers(const page *of, const char *path, int64_t *n)
         return NULL;
     }
     double *const values = ry_array((size_t)shape.size[0], sizeof *values);
-    if (values == NULL || ry_h5_read(of->file, path, H5T_NATIVE_DOUBLE, shape.size[0], values) != 0) {
+    if (values == NULL ||
+        ry_h5_read(of->file, path, H5T_NATIVE_DOUBLE, shape.size[0], values) != 0) {
         free(values);
         return NULL;
     }
@@ -99,7 +103,8 @@ static void tell_head(const page *to, const char *path)
     say(to, "%-14s %s\n", "file", path);
     tell_text(to, "title", "parameters", "title");
     say(to, "%-14s %s\n", "state",
-        finished ? "finished" : "not finished: the run goes on, or was interrupted (--resume goes on with it)");
+        finished ? "finished"
+                 : "not finished: the run goes on, or was interrupted (--resume goes on with it)");
     tell_text(to, "written by", "h5md/creator", "name");
     tell_text(to, "version", "h5md/creator", "version");
     char *scene = NULL;
@@ -177,7 +182,8 @@ static void tell_extent(const page *to)
     const double step = number(to, slots[newest], "step");
     if (step >= 0.0) {
         say(to, "%-14s %.6g s, step %.0f of %.0f\n", "simulated", number(to, slots[newest], "time"),
-            step, rint(number(to, "parameters", "time.end") / number(to, "parameters", "time.step")));
+            step,
+            rint(number(to, "parameters", "time.end") / number(to, "parameters", "time.step")));
     } else {
         say(to, "%-14s no checkpoint yet\n", "simulated");
     }
@@ -190,9 +196,9 @@ static void tell_extent(const page *to)
             break;
         }
     }
-    tell_rows(to, "samples", ry_h5_exists(to->file, "observables/q_star")
-                                 ? "observables/q_star"
-                                 : "observables/energy/kinetic");
+    tell_rows(to, "samples",
+              ry_h5_exists(to->file, "observables/q_star") ? "observables/q_star"
+                                                           : "observables/energy/kinetic");
 }
 
 static void tell_flux(const page *to)
@@ -237,10 +243,12 @@ static void tell_closure(const page *to, const ry_sample *first, const ry_sample
     const double change = stored(last) - stored(first);
     const double rest = change - (balance(last) - balance(first));
     const double turned = fmax(fabs(change), fabs(last->fluid_work - first->fluid_work));
-    say(to, "  %-20s %13.6g  what these rows leave unexplained of the change since the first sample\n",
+    say(to,
+        "  %-20s %13.6g  what these rows leave unexplained of the change since the first sample\n",
         "closure", rest);
     if (turned > 0.0) {
-        say(to, "  %-20s %13.2e  of the larger of that change and the work of the fluid\n", "", fabs(rest) / turned);
+        say(to, "  %-20s %13.2e  of the larger of that change and the work of the fluid\n", "",
+            fabs(rest) / turned);
     }
 }
 
@@ -251,13 +259,13 @@ static void tell_energy(const page *to)
     }
     ry_sample first = {0}, last = {0};
     say(to, "\nenergy at the last sample [J]\n");
-#define ROW(member, path, unit, field, text)                                          \
-    first.member = sample(to, path, 0);                                               \
-    last.member = sample(to, path, -1);                                               \
+#define ROW(member, path, unit, field, text) \
+    first.member = sample(to, path, 0);      \
+    last.member = sample(to, path, -1);      \
     say(to, "  %-20s %13.6g  %s\n", strrchr(path, '/') + 1, last.member, text);
     RY_LIST_energy(ROW)
 #undef ROW
-    tell_closure(to, &first, &last);
+        tell_closure(to, &first, &last);
 }
 
 static void tell_profile_row(const page *to, double *const *columns, int n_columns, int64_t k)
@@ -275,18 +283,19 @@ static void tell_profile(const page *to)
     int64_t n = 0, least = INT64_MAX;
     int used = 0;
     columns[used++] = numbers(to, "observables/profile/z", &least);
-#define COLUMN(name, unit, text)                                               \
-    columns[used++] = numbers(to, "observables/profile/" #name, &n);           \
+#define COLUMN(name, unit, text)                                     \
+    columns[used++] = numbers(to, "observables/profile/" #name, &n); \
     least = n < least ? n : least;
     RY_LIST_profile(COLUMN)
 #undef COLUMN
-    if (least > 0) {
+        if (least > 0)
+    {
         say(to, "\nmean profile over %lld frames\n ", integer(to, "observables/profile", "frames"));
         say(to, " %14s", "z[m]");
 #define HEAD(name, unit, text) say(to, " %14s", unit[0] == '1' ? #name : #name "[" unit "]");
         RY_LIST_profile(HEAD)
 #undef HEAD
-        say(to, "\n");
+            say(to, "\n");
         const int64_t rows = least < ROWS ? least : ROWS;
         for (int64_t k = rows - 1; k >= 0; --k) {
             say(to, " ");
@@ -313,11 +322,12 @@ static void tell_cost(page *to)
     if (!ry_h5_exists(to->file, "cost")) {
         return;
     }
-    say(to, "\ncost\n%-14s %.4g s of steps, %lld threads\n", "  wall time", number(to, "cost", "wall_seconds"),
-        integer(to, "cost", "threads"));
+    say(to, "\ncost\n%-14s %.4g s of steps, %lld threads\n", "  wall time",
+        number(to, "cost", "wall_seconds"), integer(to, "cost", "threads"));
     say(to, "%-14s %.4g grain-steps/s, neighbour list rebuilt %lld times\n", "  rate",
         number(to, "cost", "grain_steps_per_second"), integer(to, "cost", "rebuilds"));
-    const hid_t stages = ry_h5_exists(to->file, "cost/stages") ? H5Gopen2(to->file, "cost/stages", H5P_DEFAULT) : -1;
+    const hid_t stages =
+        ry_h5_exists(to->file, "cost/stages") ? H5Gopen2(to->file, "cost/stages", H5P_DEFAULT) : -1;
     if (stages >= 0) {
         H5Aiterate2(stages, H5_INDEX_NAME, H5_ITER_INC, NULL, tell_stage, to);
         H5Gclose(stages);
@@ -352,7 +362,8 @@ static void tell_parameters(const page *to)
     ry_parameter parameter;
     say(to, "\nparameters (SI)\n");
     for (int k = 0; ry_config_parameter(&names, k, &parameter); ++k) {
-        const int unused = (dry && strcmp(parameter.section, "fluid") == 0 && strcmp(parameter.key, "model") != 0) ||
+        const int unused = (dry && strcmp(parameter.section, "fluid") == 0 &&
+                            strcmp(parameter.key, "model") != 0) ||
                            (!has_grains && strcmp(parameter.section, "grains") == 0);
         if (!unused) {
             tell_parameter(to, &parameter);

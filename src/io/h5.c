@@ -29,9 +29,10 @@ static hid_t open_hdf5(ry_h5 *file, ry_h5_mode mode)
     hid_t id = -1;
     if (access >= 0 && ry_atomic_set_access(access, file->atomic) >= 0 &&
         H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) >= 0) {
-        id = mode == RY_H5_CREATE
-                 ? H5Fcreate(file->path, H5F_ACC_TRUNC, H5P_DEFAULT, access)
-                 : H5Fopen(file->path, mode == RY_H5_CHANGE ? H5F_ACC_RDWR : H5F_ACC_RDONLY, access);
+        id =
+            mode == RY_H5_CREATE
+                ? H5Fcreate(file->path, H5F_ACC_TRUNC, H5P_DEFAULT, access)
+                : H5Fopen(file->path, mode == RY_H5_CHANGE ? H5F_ACC_RDWR : H5F_ACC_RDONLY, access);
     }
     H5Pclose(access);
     return id;
@@ -75,7 +76,8 @@ ry_status ry_h5_close(ry_h5 *file, int failed, const char *doing, ry_error *erro
         return RY_OK;
     }
     return ry_fail(error, RY_BAD_FILE, "%s: can't %s: %s", file->path, doing,
-                   failure != 0 ? strerror(failure) : "the file is damaged, or something is missing in it");
+                   failure != 0 ? strerror(failure)
+                                : "the file is damaged, or something is missing in it");
 }
 
 /* --- groups --- */

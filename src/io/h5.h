@@ -16,8 +16,9 @@
 typedef struct ry_h5 {
     hid_t id;
     ry_atomic *atomic;
-    const char *path;    /* for messages; the caller's */
-    H5E_auto2_t printer; /* what printed HDF5's own errors before: they are off while a file is open */
+    const char *path; /* for messages; the caller's */
+    H5E_auto2_t
+        printer; /* what printed HDF5's own errors before: they are off while a file is open */
     void *printer_data;
 } ry_h5;
 
@@ -65,7 +66,8 @@ int ry_h5_get_shape(hid_t at, const char *path, ry_h5_shape *shape);
 /* Arrays of rows: size[0] is 0 at first and `rows_per_chunk` tells how they are stored. */
 int ry_h5_make_rows(hid_t at, const char *path, const ry_h5_shape *row, hsize_t rows_per_chunk);
 int ry_h5_append(hid_t at, const char *path, hid_t type, hsize_t rows, const void *data);
-int ry_h5_read_rows(hid_t at, const char *path, hid_t type, hsize_t first, hsize_t rows, void *data);
+int ry_h5_read_rows(hid_t at, const char *path, hid_t type, hsize_t first, hsize_t rows,
+                    void *data);
 int ry_h5_cut(hid_t at, const char *path, hsize_t rows);
 
 #endif

@@ -31,8 +31,8 @@ char *ry_lock_path(const char *path, const char *suffix)
 /* 1: the lock is ours and `path` is still the file that it is on. */
 static int take(int fd, const char *path)
 {
-    struct flock lock = {.l_type = F_WRLCK, .l_whence = SEEK_SET, .l_start = (off_t)1 << 62,
-                         .l_len = 1};
+    struct flock lock = {
+        .l_type = F_WRLCK, .l_whence = SEEK_SET, .l_start = (off_t)1 << 62, .l_len = 1};
     struct stat opened, named;
     if (fcntl(fd, F_OFD_SETLK, &lock) != 0) {
         /* A file system without locks can't tell; two runs there are the user's care. */

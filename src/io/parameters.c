@@ -20,8 +20,8 @@
 enum { PARTICLE_NUMBERS = 8 };
 static const char *const particle_names[PARTICLE_NUMBERS] = {
     "x", "z", "vx", "vz", "spin", "diameter", "density", "fixed"};
-static const char *const particle_units[PARTICLE_NUMBERS] = {
-    "m", "m", "m/s", "m/s", "rad/s", "m", "kg/m^3", "1"};
+static const char *const particle_units[PARTICLE_NUMBERS] = {"m",     "m", "m/s",    "m/s",
+                                                             "rad/s", "m", "kg/m^3", "1"};
 
 typedef struct key {
     char text[80];
@@ -38,9 +38,9 @@ static key key_of(const ry_parameter *parameter)
 static void field_words(unsigned fields, char *text, size_t size)
 {
     text[0] = '\0';
-#define ADD(bit, word, about)                                                       \
-    if ((fields & bit) != 0) {                                                      \
-        strncat(text, text[0] != '\0' ? " " word : word, size - strlen(text) - 1);  \
+#define ADD(bit, word, about)                                                      \
+    if ((fields & bit) != 0) {                                                     \
+        strncat(text, text[0] != '\0' ? " " word : word, size - strlen(text) - 1); \
     }
     RY_LIST_field(ADD)
 #undef ADD
@@ -69,9 +69,9 @@ static double *particle_numbers(const ry_config *config)
     double *const numbers = ry_array((size_t)config->n_particles, sizeof(double[PARTICLE_NUMBERS]));
     for (int k = 0; numbers != NULL && k < config->n_particles; ++k) {
         const ry_particle *const one = &config->particles[k];
-        const double row[PARTICLE_NUMBERS] = {
-            one->position[0], one->position[1], one->velocity[0], one->velocity[1],
-            one->spin,        one->diameter,    one->density,     one->fixed};
+        const double row[PARTICLE_NUMBERS] = {one->position[0], one->position[1], one->velocity[0],
+                                              one->velocity[1], one->spin,        one->diameter,
+                                              one->density,     one->fixed};
         memcpy(numbers + (size_t)k * PARTICLE_NUMBERS, row, sizeof row);
     }
     return numbers;
@@ -85,9 +85,10 @@ static int write_particles(hid_t file, const ry_config *config)
     double *const numbers = particle_numbers(config);
     const ry_h5_shape shape = {
         H5T_NATIVE_DOUBLE, 2, {(hsize_t)config->n_particles, PARTICLE_NUMBERS}};
-    const int failed = numbers == NULL || ry_h5_write(file, PARTICLES, &shape, numbers) != 0 ||
-                       ry_h5_set_texts(file, PARTICLES, "columns", PARTICLE_NUMBERS, particle_names) != 0 ||
-                       ry_h5_set_texts(file, PARTICLES, "units", PARTICLE_NUMBERS, particle_units) != 0;
+    const int failed =
+        numbers == NULL || ry_h5_write(file, PARTICLES, &shape, numbers) != 0 ||
+        ry_h5_set_texts(file, PARTICLES, "columns", PARTICLE_NUMBERS, particle_names) != 0 ||
+        ry_h5_set_texts(file, PARTICLES, "units", PARTICLE_NUMBERS, particle_units) != 0;
     free(numbers);
     return failed ? -1 : 0;
 }
@@ -101,7 +102,8 @@ static int write_words(hid_t file, const ry_config *config)
     const int same = ry_h5_read_text(file, SCENE, &old) == 0 && strcmp(old, text) == 0;
     free(old);
     return (same || ry_h5_write_text(file, SCENE, text) == 0) &&
-                   ry_h5_set_text(file, GROUP, "title", config->title != NULL ? config->title : "") == 0 &&
+                   ry_h5_set_text(file, GROUP, "title",
+                                  config->title != NULL ? config->title : "") == 0 &&
                    ry_h5_set_text(file, GROUP, "program", "ryusa") == 0 &&
                    ry_h5_set_text(file, GROUP, "version", ry_version()) == 0 &&
                    ry_h5_set_text(file, GROUP, "output.fields", fields) == 0 &&
@@ -131,7 +133,8 @@ int ry_parameters_write(hid_t file, const ry_config *config)
 static int may_differ(const ry_parameter *parameter)
 {
     return (strcmp(parameter->section, "time") == 0 && strcmp(parameter->key, "end") == 0) ||
-           (strcmp(parameter->section, "output") == 0 && strcmp(parameter->key, "checkpoint") == 0) ||
+           (strcmp(parameter->section, "output") == 0 &&
+            strcmp(parameter->key, "checkpoint") == 0) ||
            strcmp(parameter->section, "stop") == 0 || strcmp(parameter->section, "numerics") == 0;
 }
 
@@ -194,7 +197,8 @@ static void compare_particle(int k, const double *then, const double *now, diffe
 static void compare_particles(hid_t file, const ry_config *config, differences *list)
 {
     ry_h5_shape shape = {.rank = 0};
-    const int found = ry_h5_exists(file, PARTICLES) && ry_h5_get_shape(file, PARTICLES, &shape) == 0;
+    const int found =
+        ry_h5_exists(file, PARTICLES) && ry_h5_get_shape(file, PARTICLES, &shape) == 0;
     const int n = found ? (int)shape.size[0] : 0;
     if (n != config->n_particles) {
         add_difference(list, "\n  particles: %d in the file, now %d", n, config->n_particles);
@@ -252,21 +256,24 @@ ry_status ry_parameters_check_ours(hid_t file, const char *name, ry_error *error
     for (size_t k = 0; k < sizeof needed / sizeof needed[0]; ++k) {
         if (!ry_h5_exists(file, needed[k])) {
             return ry_fail(error, RY_BAD_FILE,
-                           "%s: an HDF5 file, but not a result of ryusa: it has no /%s", name, needed[k]);
+                           "%s: an HDF5 file, but not a result of ryusa: it has no /%s", name,
+                           needed[k]);
         }
     }
     char *program = NULL;
-    const int ours = ry_h5_get_text(file, GROUP, "program", &program) == 0 &&
-                     strcmp(program, "ryusa") == 0;
+    const int ours =
+        ry_h5_get_text(file, GROUP, "program", &program) == 0 && strcmp(program, "ryusa") == 0;
     free(program);
     if (!ours) {
         return ry_fail(error, RY_BAD_FILE,
-                       "%s: an HDF5 file, but not a result of ryusa: /%s does not name it", name, GROUP);
+                       "%s: an HDF5 file, but not a result of ryusa: /%s does not name it", name,
+                       GROUP);
     }
     int64_t format = 0;
     if (ry_h5_get_integer(file, GROUP, "format", &format) != 0 || format != RY_FILE_FORMAT) {
-        return ry_fail(error, RY_BAD_FILE, "%s: written in format %lld; this program knows format %d",
-                       name, (long long)format, RY_FILE_FORMAT);
+        return ry_fail(error, RY_BAD_FILE,
+                       "%s: written in format %lld; this program knows format %d", name,
+                       (long long)format, RY_FILE_FORMAT);
     }
     return RY_OK;
 }

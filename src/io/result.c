@@ -25,10 +25,10 @@ enum { FLUSH_BYTES = 64 << 20 };
 
 static void add_frame_columns(ry_result *result)
 {
-#define ADD(name, type, components, unit, only_periodic, field, text)                    \
-    if ((result->fields & field) != 0 && (!(only_periodic) || result->periodic)) {       \
-        ry_table_add(&result->frames, GRAINS "/" #name, unit, text, type, components,    \
-                     result->n, components);                                             \
+#define ADD(name, type, components, unit, only_periodic, field, text)                            \
+    if ((result->fields & field) != 0 && (!(only_periodic) || result->periodic)) {               \
+        ry_table_add(&result->frames, GRAINS "/" #name, unit, text, type, components, result->n, \
+                     components);                                                                \
     }
     RY_LIST_frame(ADD)
 #undef ADD
@@ -36,13 +36,14 @@ static void add_frame_columns(ry_result *result)
 
 static void add_series_columns(ry_result *result)
 {
-#define ADD(member, path, unit, field, text)                                             \
-    if ((result->fields & field) != 0) {                                                 \
-        ry_table_add(&result->series, path, unit, text, H5T_NATIVE_DOUBLE, 0, 0, 0);     \
+#define ADD(member, path, unit, field, text)                                         \
+    if ((result->fields & field) != 0) {                                             \
+        ry_table_add(&result->series, path, unit, text, H5T_NATIVE_DOUBLE, 0, 0, 0); \
     }
     RY_LIST_series(ADD)
 #undef ADD
-    if ((result->fields & RY_FIELD_FLUX) == 0) {
+        if ((result->fields & RY_FIELD_FLUX) == 0)
+    {
         ry_table_add(&result->series, RY_HIDDEN_FLUX, "1", "for the mean flux of a resumed run",
                      H5T_NATIVE_DOUBLE, 0, 0, 0);
     }
@@ -51,8 +52,8 @@ static void add_series_columns(ry_result *result)
 void ry_result_add_profiles(ry_result *result, int32_t nz)
 {
     result->nz = nz;
-#define ADD(name, unit, text)                                                                    \
-    ry_table_add(&result->profiles, "observables/profile_series/" #name, unit, text,             \
+#define ADD(name, unit, text)                                                        \
+    ry_table_add(&result->profiles, "observables/profile_series/" #name, unit, text, \
                  H5T_NATIVE_DOUBLE, 1, nz, 0);
     RY_LIST_profile(ADD)
 #undef ADD
@@ -67,8 +68,11 @@ ry_result *ry_result_new(const char *path, const ry_config *config, const ry_sta
         return NULL;
     }
     const ry_derived derived = ry_config_derive(config);
-    *result = (ry_result){.fd = -1, .slot = -1, .fields = config->output_fields,
-                          .periodic = config->domain_periodic, .n = state->grains.n};
+    *result = (ry_result){.fd = -1,
+                          .slot = -1,
+                          .fields = config->output_fields,
+                          .periodic = config->domain_periodic,
+                          .n = state->grains.n};
     result->path = ry_lock_path(path, "");
     result->part = ry_lock_path(path, ".part");
     if (result->path == NULL || result->part == NULL) {
@@ -107,13 +111,15 @@ void ry_result_close(ry_result *result)
 static int write_h5md(hid_t file)
 {
     const int version[2] = {1, 1}, units[2] = {1, 0};
-    return ry_h5_make_group(file, "h5md/author") == 0 && ry_h5_make_group(file, "h5md/creator") == 0 &&
+    return ry_h5_make_group(file, "h5md/author") == 0 &&
+                   ry_h5_make_group(file, "h5md/creator") == 0 &&
                    ry_h5_make_group(file, "h5md/modules/units") == 0 &&
                    ry_h5_set_numbers(file, "h5md", "version", H5T_NATIVE_INT, 2, version) == 0 &&
                    ry_h5_set_text(file, "h5md/author", "name", "unknown") == 0 &&
                    ry_h5_set_text(file, "h5md/creator", "name", "ryusa") == 0 &&
                    ry_h5_set_text(file, "h5md/creator", "version", ry_version()) == 0 &&
-                   ry_h5_set_numbers(file, "h5md/modules/units", "version", H5T_NATIVE_INT, 2, units) == 0 &&
+                   ry_h5_set_numbers(file, "h5md/modules/units", "version", H5T_NATIVE_INT, 2,
+                                     units) == 0 &&
                    ry_h5_set_text(file, "h5md/modules/units", "system", "SI") == 0
                ? 0
                : -1;
@@ -135,7 +141,8 @@ static int write_box(hid_t file, const ry_config *config, const ry_state *state)
     const char *const boundary[2] = {config->domain_periodic ? "periodic" : "none", "none"};
     const double edges[2] = {ry_config_derive(config).length, box_height(state)};
     const ry_h5_shape shape = {H5T_NATIVE_DOUBLE, 1, {2}};
-    return ry_h5_make_group(file, path) == 0 && ry_h5_set_integer(file, path, "dimension", 2) == 0 &&
+    return ry_h5_make_group(file, path) == 0 &&
+                   ry_h5_set_integer(file, path, "dimension", 2) == 0 &&
                    ry_h5_set_texts(file, path, "boundary", 2, boundary) == 0 &&
                    ry_h5_write(file, GRAINS "/box/edges", &shape, edges) == 0 &&
                    ry_h5_set_unit(file, GRAINS "/box/edges", "m") == 0
@@ -201,7 +208,8 @@ static ry_status check_leftover(const ry_result *result, int force, ry_error *er
     ry_h5_close(&file, 1, "", NULL);
     return resumable ? ry_fail(error, RY_BAD_FILE,
                                "%s: holds a run that was interrupted; --resume goes on with it, "
-                               "--force starts anew", result->part)
+                               "--force starts anew",
+                               result->part)
                      : RY_OK;
 }
 
@@ -293,17 +301,17 @@ ry_status ry_result_frame(ry_result *result, const ry_state *state, ry_error *er
     }
     const ry_grains *const grains = &state->grains;
     int column = 0;
-#define FILL(name, type, components, unit, only_periodic, field, text)                      \
-    if ((result->fields & field) != 0 && (!(only_periodic) || result->periodic)) {          \
-        void *const row = ry_table_cell(&result->frames, column++);                         \
-        for (int32_t k = 0; k < grains->n; ++k) {                                           \
-            const size_t item = (components) * H5Tget_size(type);                           \
-            fill_##name(grains, k, (void *)((char *)row + (size_t)grains->id[k] * item));   \
-        }                                                                                   \
+#define FILL(name, type, components, unit, only_periodic, field, text)                    \
+    if ((result->fields & field) != 0 && (!(only_periodic) || result->periodic)) {        \
+        void *const row = ry_table_cell(&result->frames, column++);                       \
+        for (int32_t k = 0; k < grains->n; ++k) {                                         \
+            const size_t item = (components)*H5Tget_size(type);                           \
+            fill_##name(grains, k, (void *)((char *)row + (size_t)grains->id[k] * item)); \
+        }                                                                                 \
     }
     RY_LIST_frame(FILL)
 #undef FILL
-    return flush_if_full(result, error);
+        return flush_if_full(result, error);
 }
 
 ry_status ry_result_profile(ry_result *result, const ry_state *state, const ry_profile *profile,
@@ -325,12 +333,12 @@ ry_status ry_result_profile(ry_result *result, const ry_state *state, const ry_p
         return begun < 0 ? ry_no_memory(error, 0) : RY_OK;
     }
     int column = 0;
-#define FILL(name, unit, text)                                   \
+#define FILL(name, unit, text)                                        \
     memcpy(ry_table_cell(&result->profiles, column++), profile->name, \
            (size_t)profile->nz * sizeof(double));
     RY_LIST_profile(FILL)
 #undef FILL
-    return flush_if_full(result, error);
+        return flush_if_full(result, error);
 }
 
 ry_status ry_result_sample(ry_result *result, const ry_state *state, const ry_sample *sample,
@@ -344,13 +352,14 @@ ry_status ry_result_sample(ry_result *result, const ry_state *state, const ry_sa
                          sizeof(double), error));
     result->flux[result->n_flux++] = sample->q_star;
     int column = 0;
-#define FILL(member, path, unit, field, text)                                             \
-    if ((result->fields & field) != 0) {                                                  \
-        *(double *)ry_table_cell(&result->series, column++) = sample->member;             \
+#define FILL(member, path, unit, field, text)                                 \
+    if ((result->fields & field) != 0) {                                      \
+        *(double *)ry_table_cell(&result->series, column++) = sample->member; \
     }
     RY_LIST_series(FILL)
 #undef FILL
-    if ((result->fields & RY_FIELD_FLUX) == 0) {
+        if ((result->fields & RY_FIELD_FLUX) == 0)
+    {
         *(double *)ry_table_cell(&result->series, column) = sample->q_star;
     }
     return flush_if_full(result, error);
@@ -380,8 +389,9 @@ static int append_all(ry_result *result, const ry_h5 *file, const ry_state *chec
 {
     return ry_table_append(&result->frames, file) == 0 && append_profiles(result, file) == 0 &&
                    ry_table_append(&result->series, file) == 0 &&
-                   (checkpoint == NULL || ry_checkpoint_write(file, result->slot == 0,
-                                                              result->sequence + 1, checkpoint) == 0)
+                   (checkpoint == NULL ||
+                    ry_checkpoint_write(file, result->slot == 0, result->sequence + 1,
+                                        checkpoint) == 0)
                ? 0
                : -1;
 }
@@ -420,7 +430,8 @@ static ry_status mark_finished(ry_result *result, ry_error *error)
 {
     ry_h5 file;
     RY_TRY(open_to_change(result, &file, error));
-    return ry_h5_close(&file, ry_h5_set_integer(file.id, "checkpoint", "finished", 1), "end it", error);
+    return ry_h5_close(&file, ry_h5_set_integer(file.id, "checkpoint", "finished", 1), "end it",
+                       error);
 }
 
 static ry_status finish(ry_result *result, const ry_state *state, ry_error *error)
@@ -428,8 +439,9 @@ static ry_status finish(ry_result *result, const ry_state *state, ry_error *erro
     RY_TRY(ry_result_flush(result, state, error));
     RY_TRY(mark_finished(result, error));
     if (!result->replace && access(result->path, F_OK) == 0) {
-        return ry_fail(error, RY_BAD_FILE, "%s: was made by someone else meanwhile; the result is in %s",
-                       result->path, result->part);
+        return ry_fail(error, RY_BAD_FILE,
+                       "%s: was made by someone else meanwhile; the result is in %s", result->path,
+                       result->part);
     }
     if (rename(result->part, result->path) != 0) {
         return ry_fail(error, RY_BAD_FILE, "%s: can't be renamed to %s: %s", result->part,

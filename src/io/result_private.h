@@ -20,15 +20,15 @@ struct ry_result {
     int broken;        /* a flush failed: nothing more is written */
     unsigned fields;   /* RY_FIELD_... */
     int periodic;
-    int32_t n;         /* grains */
-    int32_t nz;        /* cells of the profiles, 0: none so far */
-    double dz;         /* their height [m] */
+    int32_t n;  /* grains */
+    int32_t nz; /* cells of the profiles, 0: none so far */
+    double dz;  /* their height [m] */
     ry_table frames, profiles, series;
-    double *mean;      /* the mean profiles, and a row to spare */
-    double *flux;      /* q_star of all samples */
+    double *mean; /* the mean profiles, and a row to spare */
+    double *flux; /* q_star of all samples */
     size_t n_flux, flux_capacity;
-    int slot;          /* checkpoint that is whole: 0 a, 1 b, -1 none */
-    int64_t sequence;  /* its number */
+    int slot;         /* checkpoint that is whole: 0 a, 1 b, -1 none */
+    int64_t sequence; /* its number */
 };
 
 /* result.c */

@@ -30,7 +30,8 @@ static ry_status load(hid_t file, const char *name, const ry_config *config, ry_
     RY_TRY(ry_parameters_compare(file, name, config, error));
     const int read = ry_checkpoint_read(file, state, slot, sequence);
     if (read < 0) {
-        return ry_fail(error, RY_BAD_FILE, "%s: damaged: neither of its checkpoints is whole", name);
+        return ry_fail(error, RY_BAD_FILE, "%s: damaged: neither of its checkpoints is whole",
+                       name);
     }
     *found = read;
     return RY_OK;
@@ -67,10 +68,10 @@ static int resume_flux(ry_result *result, hid_t file)
         return -1;
     }
     result->n_flux = (size_t)shape.size[0];
-    return ry_array_grow(&result->flux, &result->flux_capacity, 0, result->n_flux,
-                         sizeof(double), NULL) == RY_OK &&
-                   (result->n_flux == 0 || ry_h5_read(file, path, H5T_NATIVE_DOUBLE, shape.size[0],
-                                                      result->flux) == 0)
+    return ry_array_grow(&result->flux, &result->flux_capacity, 0, result->n_flux, sizeof(double),
+                         NULL) == RY_OK &&
+                   (result->n_flux == 0 ||
+                    ry_h5_read(file, path, H5T_NATIVE_DOUBLE, shape.size[0], result->flux) == 0)
                ? 0
                : -1;
 }

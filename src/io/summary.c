@@ -28,7 +28,8 @@ static int write_flux(hid_t file, const ry_summary *summary)
                    ry_h5_set_number(file, FLUX, "equilibration_time",
                                     summary->equilibration_time) == 0 &&
                    ry_h5_set_text(file, FLUX, "equilibration_time.unit", "s") == 0 &&
-                   ry_h5_set_text(file, FLUX, "equilibration_method", method != NULL ? method : "") == 0 &&
+                   ry_h5_set_text(file, FLUX, "equilibration_method",
+                                  method != NULL ? method : "") == 0 &&
                    ry_h5_set_integer(file, FLUX, "stopped_early", summary->stopped_early) == 0 &&
                    ry_h5_set_text(file, FLUX, "convention", RY_CONVENTION) == 0
                ? 0
@@ -39,8 +40,7 @@ static int write_row(hid_t file, const char *path, const char *unit, const char 
                      const double *values)
 {
     const ry_h5_shape shape = {H5T_NATIVE_DOUBLE, 1, {(hsize_t)nz}};
-    return ry_h5_write(file, path, &shape, values) == 0 &&
-                   ry_h5_set_unit(file, path, unit) == 0 &&
+    return ry_h5_write(file, path, &shape, values) == 0 && ry_h5_set_unit(file, path, unit) == 0 &&
                    ry_h5_set_text(file, path, "description", text) == 0
                ? 0
                : -1;
@@ -69,24 +69,28 @@ static int write_profile(hid_t file, const ry_summary *summary)
     if (write_heights(file, "observables/profile/z", profile->nz, profile->dz) != 0) {
         return -1;
     }
-#define WRITE(name, unit, text)                                                              \
-    if (write_row(file, "observables/profile/" #name, unit, text, profile->nz, profile->name) != 0) { \
-        return -1;                                                                           \
+#define WRITE(name, unit, text)                                                                  \
+    if (write_row(file, "observables/profile/" #name, unit, text, profile->nz, profile->name) != \
+        0) {                                                                                     \
+        return -1;                                                                               \
     }
     RY_LIST_profile(WRITE)
 #undef WRITE
-    return ry_h5_set_integer(file, "observables/profile", "frames", summary->n_profiles_averaged);
+        return ry_h5_set_integer(file, "observables/profile", "frames",
+                                 summary->n_profiles_averaged);
 }
 
 static int write_cost(hid_t file, const ry_cost *cost)
 {
-    int failed = ry_h5_make_group(file, COST) != 0 || ry_h5_make_group(file, COST "/stages") != 0 ||
-                 ry_h5_set_number(file, COST, "wall_seconds", cost->wall_seconds) != 0 ||
-                 ry_h5_set_number(file, COST, "grain_steps_per_second", cost->grain_steps_per_second) != 0 ||
-                 ry_h5_set_integer(file, COST, "rebuilds", cost->rebuilds) != 0 ||
-                 ry_h5_set_integer(file, COST, "threads", cost->threads) != 0;
+    int failed =
+        ry_h5_make_group(file, COST) != 0 || ry_h5_make_group(file, COST "/stages") != 0 ||
+        ry_h5_set_number(file, COST, "wall_seconds", cost->wall_seconds) != 0 ||
+        ry_h5_set_number(file, COST, "grain_steps_per_second", cost->grain_steps_per_second) != 0 ||
+        ry_h5_set_integer(file, COST, "rebuilds", cost->rebuilds) != 0 ||
+        ry_h5_set_integer(file, COST, "threads", cost->threads) != 0;
     for (int k = 0; k < cost->n_stages && !failed; ++k) {
-        failed = ry_h5_set_number(file, COST "/stages", cost->stage_name[k], cost->stage_seconds[k]) != 0;
+        failed = ry_h5_set_number(file, COST "/stages", cost->stage_name[k],
+                                  cost->stage_seconds[k]) != 0;
     }
     return failed ? -1 : 0;
 }
@@ -131,11 +135,13 @@ static void add_rows(const ry_result *result, hid_t file, int k, double time, su
     char path[200];
     snprintf(path, sizeof path, "%s/value", column->path);
     ry_h5_shape shape = {.rank = 0};
-    const int64_t rows = file >= 0 && ry_h5_get_shape(file, path, &shape) == 0 ? (int64_t)shape.size[0] : 0;
+    const int64_t rows =
+        file >= 0 && ry_h5_get_shape(file, path, &shape) == 0 ? (int64_t)shape.size[0] : 0;
     for (int64_t row = 0; row < rows; ++row) {
         double at = 0.0;
         if (ry_h5_read_rows(file, "observables/profile_series/phi/time", H5T_NATIVE_DOUBLE,
-                            (hsize_t)row, 1, &at) == 0 && at > time &&
+                            (hsize_t)row, 1, &at) == 0 &&
+            at > time &&
             ry_h5_read_rows(file, path, H5T_NATIVE_DOUBLE, (hsize_t)row, 1, mean->row) == 0) {
             add_row(mean, result->nz, mean->row);
         }
@@ -181,7 +187,8 @@ ry_profile ry_result_mean_profile(ry_result *result, double time, long long *n_a
     profile.name = mean_of_column(result, file.id, column++, time, &count);
     RY_LIST_profile(MEAN)
 #undef MEAN
-    if (opened) {
+        if (opened)
+    {
         ry_h5_close(&file, 1, "", NULL);
     }
     *n_averaged = count;

@@ -145,9 +145,10 @@ int ry_table_append(ry_table *table, const ry_h5 *file)
     }
     const hsize_t rows = (hsize_t)table->rows;
     const char *const home = table->column[0].path;
-    if (rows > 0 &&
-        (ry_h5_append(file->id, join(home, "step").text, H5T_NATIVE_INT64, rows, table->step) != 0 ||
-         ry_h5_append(file->id, join(home, "time").text, H5T_NATIVE_DOUBLE, rows, table->time) != 0)) {
+    if (rows > 0 && (ry_h5_append(file->id, join(home, "step").text, H5T_NATIVE_INT64, rows,
+                                  table->step) != 0 ||
+                     ry_h5_append(file->id, join(home, "time").text, H5T_NATIVE_DOUBLE, rows,
+                                  table->time) != 0)) {
         return -1;
     }
     for (int k = 0; rows > 0 && k < table->n_columns; ++k) {
@@ -201,8 +202,8 @@ int ry_table_resume(ry_table *table, hid_t file, int64_t step)
     }
     int64_t *const found = ry_array((size_t)shape.size[0] + 1, sizeof *found);
     int64_t rows = -1;
-    if (found != NULL &&
-        (shape.size[0] == 0 || ry_h5_read(file, steps.text, H5T_NATIVE_INT64, shape.size[0], found) == 0)) {
+    if (found != NULL && (shape.size[0] == 0 || ry_h5_read(file, steps.text, H5T_NATIVE_INT64,
+                                                           shape.size[0], found) == 0)) {
         rows = count_until(found, (int64_t)shape.size[0], step);
         table->last_step = rows > 0 ? found[rows - 1] : -1;
     }

@@ -12,24 +12,24 @@
 enum { RY_TABLE_COLUMNS = 24 };
 
 typedef struct ry_table_column {
-    const char *path;  /* of the element */
+    const char *path; /* of the element */
     const char *unit, *text;
-    ry_h5_shape row;   /* size[0] unused, then the directions of one row */
+    ry_h5_shape row;    /* size[0] unused, then the directions of one row */
     size_t item, width; /* bytes of a number; numbers in a row */
-    void *data;        /* the rows not yet in the file */
-    size_t capacity;   /* bytes */
+    void *data;         /* the rows not yet in the file */
+    size_t capacity;    /* bytes */
 } ry_table_column;
 
 typedef struct ry_table {
     ry_table_column column[RY_TABLE_COLUMNS];
     int n_columns;
-    int made;               /* its arrays are in the file */
-    int64_t *step;          /* of the rows not yet in the file */
-    double *time;           /* [s] */
+    int made;      /* its arrays are in the file */
+    int64_t *step; /* of the rows not yet in the file */
+    double *time;  /* [s] */
     size_t step_capacity, time_capacity;
-    int64_t rows;           /* not yet in the file */
-    int64_t last_step;      /* of the last row; -1: none */
-    int64_t expected;       /* rows of the whole run, as far as known */
+    int64_t rows;      /* not yet in the file */
+    int64_t last_step; /* of the last row; -1: none */
+    int64_t expected;  /* rows of the whole run, as far as known */
 } ry_table;
 
 void ry_table_init(ry_table *table, int64_t expected);

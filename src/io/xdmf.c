@@ -41,18 +41,23 @@ static void put_file(FILE *stream, const frames *all, const char *path)
 }
 
 /* Row `frame` of an array [frame][n][components]; components 1: of [frame][n]. */
-static void put_row(FILE *stream, const frames *all, int64_t frame, const char *path, int components)
+static void put_row(FILE *stream, const frames *all, int64_t frame, const char *path,
+                    int components)
 {
     const long long n = all->n, count = all->count, at = frame;
     if (components == 1) {
         fprintf(stream, "          <DataItem ItemType=\"HyperSlab\" Dimensions=\"%lld\">\n", n);
-        fprintf(stream, "            <DataItem Dimensions=\"3 2\" Format=\"XML\">%lld 0 1 1 1 %lld</DataItem>\n",
-                at, n);
+        fprintf(
+            stream,
+            "            <DataItem Dimensions=\"3 2\" Format=\"XML\">%lld 0 1 1 1 %lld</DataItem>\n",
+            at, n);
         fprintf(stream, "            <DataItem Dimensions=\"%lld %lld\"", count, n);
     } else {
         fprintf(stream, "          <DataItem ItemType=\"HyperSlab\" Dimensions=\"%lld 2\">\n", n);
-        fprintf(stream, "            <DataItem Dimensions=\"3 3\" Format=\"XML\">%lld 0 0 1 1 1 1 %lld 2</DataItem>\n",
-                at, n);
+        fprintf(
+            stream,
+            "            <DataItem Dimensions=\"3 3\" Format=\"XML\">%lld 0 0 1 1 1 1 %lld 2</DataItem>\n",
+            at, n);
         fprintf(stream, "            <DataItem Dimensions=\"%lld %lld 2\"", count, n);
     }
     fprintf(stream, " NumberType=\"Float\" Precision=\"8\" Format=\"HDF\">");
@@ -73,8 +78,10 @@ static void put_attribute(FILE *stream, const frames *all, int64_t frame, const 
 
 static void put_fixed(FILE *stream, const frames *all, const char *name, const char *type)
 {
-    fprintf(stream, "        <Attribute Name=\"%s\" AttributeType=\"Scalar\" Center=\"Node\">\n", name);
-    fprintf(stream, "          <DataItem Dimensions=\"%lld\" %s Format=\"HDF\">", (long long)all->n, type);
+    fprintf(stream, "        <Attribute Name=\"%s\" AttributeType=\"Scalar\" Center=\"Node\">\n",
+            name);
+    fprintf(stream, "          <DataItem Dimensions=\"%lld\" %s Format=\"HDF\">", (long long)all->n,
+            type);
     put_file(stream, all, name);
     fprintf(stream, "        </Attribute>\n");
 }
@@ -83,8 +90,10 @@ static void put_frame(FILE *stream, const frames *all, int64_t frame)
 {
     fprintf(stream, "      <Grid Name=\"grains\" GridType=\"Uniform\">\n");
     fprintf(stream, "        <Time Value=\"%.17g\"/>\n", all->time[frame]);
-    fprintf(stream, "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%lld\" NodesPerElement=\"1\"/>\n",
-            (long long)all->n);
+    fprintf(
+        stream,
+        "        <Topology TopologyType=\"Polyvertex\" NumberOfElements=\"%lld\" NodesPerElement=\"1\"/>\n",
+        (long long)all->n);
     fprintf(stream, "        <Geometry GeometryType=\"XY\">\n");
     put_row(stream, all, frame, "position/value", 2);
     fprintf(stream, "        </Geometry>\n");
@@ -103,7 +112,8 @@ static void put_frame(FILE *stream, const frames *all, int64_t frame)
 
 static void put_all(FILE *stream, const frames *all)
 {
-    fprintf(stream, "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<Xdmf Version=\"2.0\">\n  <Domain>\n");
+    fprintf(stream,
+            "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n<Xdmf Version=\"2.0\">\n  <Domain>\n");
     fprintf(stream, "    <Grid Name=\"");
     put_escaped(stream, all->title != NULL && all->title[0] != '\0' ? all->title : "ryusa");
     fprintf(stream, "\" GridType=\"Collection\" CollectionType=\"Temporal\">\n");
@@ -147,9 +157,9 @@ static int read_frames(hid_t file, frames *all)
     all->n = (int64_t)ids.size[0];
     all->count = (int64_t)times.size[0];
     all->time = ry_array((size_t)all->count, sizeof(double));
-    return all->time != NULL && (all->count == 0 ||
-                                 ry_h5_read(file, "particles/grains/position/time",
-                                            H5T_NATIVE_DOUBLE, times.size[0], all->time) == 0)
+    return all->time != NULL &&
+                   (all->count == 0 || ry_h5_read(file, "particles/grains/position/time",
+                                                  H5T_NATIVE_DOUBLE, times.size[0], all->time) == 0)
                ? 0
                : -1;
 }

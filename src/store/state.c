@@ -11,7 +11,7 @@
 
 #include "base/memory.h"
 
-#define ALLOCATED(type, name, unit, text) && (grains->name = ry_array(entries, sizeof(type))) != NULL
+#define ALLOCATED(type, name, unit, text) &&(grains->name = ry_array(entries, sizeof(type))) != NULL
 
 static int create_grains(ry_grains *grains, int32_t n)
 {
@@ -31,8 +31,7 @@ static int create_grains(ry_grains *grains, int32_t n)
 static int create_column(ry_column *column, int32_t nz)
 {
     column->nz = nz;
-#define ALLOCATED(name, unit, text) \
-    &&(column->name = ry_array((size_t)nz, sizeof(double))) != NULL
+#define ALLOCATED(name, unit, text) &&(column->name = ry_array((size_t)nz, sizeof(double))) != NULL
     return nz == 0 || (1 RY_COLUMN_FIELDS(ALLOCATED));
 #undef ALLOCATED
 }
@@ -79,8 +78,8 @@ ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error)
     size_t capacity = (size_t)contacts->capacity;
     /* Every array grows from the same capacity to the same one. After a failure the old capacity
      * stands: it is true of all of them. */
-#define GROW(type, name, unit, text)                                                              \
-    capacity = (size_t)contacts->capacity;                                                        \
+#define GROW(type, name, unit, text)       \
+    capacity = (size_t)contacts->capacity; \
     RY_TRY(ry_array_grow(&contacts->name, &capacity, used, wanted, sizeof(type), error));
     RY_CONTACT_FIELDS(GROW)
 #undef GROW
@@ -125,9 +124,9 @@ static uint64_t hash_grain(const ry_state *state, int32_t k)
 #define ADD(type, name, unit, text) hash = add_##type(hash, grains->name[k]);
     RY_GRAIN_FIELDS(ADD)
 #undef ADD
-#define ADD(name, text)                                        \
-    if (state->ledger.name != NULL) {                          \
-        hash = add_double(hash, state->ledger.name[k]);        \
+#define ADD(name, text)                                 \
+    if (state->ledger.name != NULL) {                   \
+        hash = add_double(hash, state->ledger.name[k]); \
     }
     RY_LEDGER_TOTALS(ADD)
 #undef ADD
