@@ -21,7 +21,7 @@ PUBLIC = {"ryusa/status.h": 0, "ryusa/config.h": 3, "ryusa/config.def": 3, "ryus
 NO_OPTIONS = {"base", "law", "store", "stage"}
 ONLY_IN = {"hdf5.h": "io", "hdf5_hl.h": "io", "fftw3.h": "analysis", "argp.h": "cli", "yaml.h": "config"}
 PRINTS = re.compile(r"(?<!format\()(?<!format \()\b(?:v?printf|puts|putchar|perror|_?exit|quick_exit|stdout|stderr)\b(?!\.)")
-LONGEST_FUNCTION, LONGEST_FILE, LONGEST_LINE = 120, 600, 120
+LONGEST_FUNCTION, LONGEST_FILE, LONGEST_TEST, LONGEST_LINE = 120, 600, 1000, 120
 
 problems = []
 
@@ -89,12 +89,12 @@ def function_lengths(text):
                 start = None
 
 
-def check_size(path, text, code):
+def check_size(path, text, code, longest):
     lines = text.count("\n")
-    if lines > LONGEST_FILE:
-        problem(path, LONGEST_FILE, f"{lines} lines in a file; at most {LONGEST_FILE}")
+    if lines > longest:
+        problem(path, longest, f"{lines} lines in a file; at most {longest}")
     for number, line in enumerate(text.splitlines(), 1):
-        if len(line) > LONGEST_LINE:
+        if len(line) > LONGEST_LINE and '"' not in line:
             problem(path, number, f"{len(line)} characters in a line; at most {LONGEST_LINE}")
     flat = re.sub(r"^[ \t]*#(?:[^\n]*\\\n)*[^\n]*", blank, code, flags=re.M)
     lengths = list(function_lengths(flat))
@@ -152,9 +152,9 @@ def main():
         code = without_comments(text, strings=True)
         check_includes(path, without_comments(text))
         check_printing(path, code)
-        lengths += check_size(path, text, code)
+        lengths += check_size(path, text, code, LONGEST_FILE)
     for path in sorted((ROOT / "tests").glob("*.[ch]")):
-        check_size(path, path.read_text(), without_comments(path.read_text(), strings=True))
+        check_size(path, path.read_text(), without_comments(path.read_text(), strings=True), LONGEST_TEST)
     check_symbols()
     check_places()
     lengths.sort()
