@@ -3,7 +3,8 @@
  *
  * The default law: exact for two grains, quiet for many.
  *
- * An impact (a contact in its first RY_IMPACT_STEPS steps) follows Fujioka & Ushijima's idea: the
+ * An impact (a contact in its first RY_IMPACT_STEPS steps, of which at least one partner has no other)
+ * follows Fujioka & Ushijima's idea: the
  * loss is booked once, in the closing step, and every later step keeps the energy, so that a free
  * binary impact has its restitution to rounding for any step. Two things differ from the paper:
  *
@@ -14,10 +15,10 @@
  *    w^2/2 - g d exactly, so the true closing speed is w_c^2 = w^2 - 2 g d, and the energy kept is
  *    w'^2/2 + a (d' - rest)^2/2 - g d'.
  *
- * A contact that outlives its impact is enduring: a spring with a dashpot that never pulls. The
- * potential is the same, so nothing jumps at the change. Near rest the impact law would remove the whole
- * relative velocity at every contact of a grain at once, which in a packing overshoots for ever; the
- * bounds on stiffness and dashpot (ry_bond_make) keep the enduring law below that for six contacts. */
+ * A contact that outlives its impact, or whose partners both touch other grains, is enduring: a spring with a dashpot that never pulls. The
+ * potential is the same, so nothing jumps at the change. The impact law reverses the whole relative
+ * velocity at every contact of a grain at once: with two contacts (a grain that bounces in the gap
+ * between two others) that gains energy, and in a packing it overshoots for ever. The bounds on stiffness and dashpot (ry_bond_make) keep the enduring law below that for six contacts. */
 #ifndef RY_LAW_ENERGY_H
 #define RY_LAW_ENERGY_H
 
@@ -64,8 +65,8 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     const double spring = q.a * stretch;
     const double enduring = ry_min(-(spring + q.c * t.w), 0.0);
     const double dashpot = ry_dashpot_loss(enduring + spring, t.w, enduring, t.g);
-    const int is_new = t.age == 0.0;
-    const int is_impact = t.age < RY_IMPACT_STEPS;
+    const int is_new = (t.age == 0.0) & (t.crowd <= 1.0);
+    const int is_impact = (t.age < RY_IMPACT_STEPS) & (t.crowd <= 1.0);
     ry_push p;
     p.f = is_new ? close.f : (is_impact ? rebound : enduring);
     p.shift = 0.0;

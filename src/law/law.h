@@ -41,6 +41,7 @@ typedef struct ry_touch {
     double d, w, g;
     double rest;   /* overlap at which the spring is relaxed [m] */
     double age;    /* steps in touch before this one; 0: the contact is new */
+    double crowd;  /* contacts in the last step of that partner which has fewer; this one counts */
 } ry_touch;
 
 typedef struct ry_push {

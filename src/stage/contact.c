@@ -67,6 +67,7 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
         t.g = c->coef.g_dt2 * nz * ((im_i == 0.0 ? 1.0 : 0.0) - (im_j == 0.0 ? 1.0 : 0.0));
         t.rest = near->rest[k];
         t.age = near->age[k];
+        t.crowd = near->crowd[k];
         const ry_push p = law(bond, t);
         const double normal = p.f * per_ims;
         double px = normal * nx, pz = normal * nz;
@@ -268,6 +269,8 @@ static void collect(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, in
         near->slip[m] = pairs->slip[p];
         near->rest[m] = pairs->rest[p];
         near->age[m] = pairs->age[p];
+        const int32_t crowd_i = pairs->crowd[pairs->i[p]], crowd_j = pairs->crowd[pairs->j[p]];
+        near->crowd[m] = crowd_i < crowd_j ? crowd_i : crowd_j;
         m += look->touches[k];
         if (!look->touches[k] && pairs->age[p] != 0) {
             open_contact(c, g, pairs, p);

@@ -36,32 +36,37 @@ void ry_motion_free(ry_motion *m)
 
 /* Ascending id of the partner: those with lower ids (where the grain is the partner of the pair), its
  * own row, then the walls. */
-static void gather_range(const ry_motion *m, const ry_pairs *pairs, int32_t begin, int32_t end)
+static void gather_range(const ry_motion *m, ry_pairs *pairs, int32_t begin, int32_t end)
 {
     const double *const px = pairs->px, *const pz = pairs->pz, *const pt = pairs->pt;
     for (int32_t k = begin; k < end; k++) {
         double x = 0.0, z = 0.0, t = 0.0;
+        int32_t crowd = pairs->crowd[k] & RY_CROWD_FIXED;
         for (int32_t b = pairs->below_start[k]; b < pairs->below_start[k + 1]; b++) {
             const int32_t p = pairs->below[b];
+            crowd += pairs->age[p] != 0;
             x -= px[p];
             z -= pz[p];
             t += pt[p];
         }
         for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
+            crowd += pairs->age[p] != 0;
             x += px[p];
             z += pz[p];
             t += pt[p];
         }
+        pairs->crowd[k] = crowd;
         m->cx[k] = x;
         m->cz[k] = z;
         m->ct[k] = t;
     }
 }
 
-static void gather_walls(const ry_motion *m, const ry_pairs *pairs)
+static void gather_walls(const ry_motion *m, ry_pairs *pairs)
 {
     for (int32_t p = pairs->n_inner; p < pairs->n; p++) { /* wall by wall, so in ascending id */
         const int32_t k = pairs->i[p];
+        pairs->crowd[k] += pairs->age[p] != 0;
         m->cx[k] += pairs->px[p];
         m->cz[k] += pairs->pz[p];
         m->ct[k] += pairs->pt[p];
@@ -89,7 +94,7 @@ static void gather_shifts(const ry_motion *m, const ry_pairs *pairs)
     }
 }
 
-void ry_motion_gather(const ry_motion *m, const ry_grains *g, const ry_pairs *pairs)
+void ry_motion_gather(const ry_motion *m, const ry_grains *g, ry_pairs *pairs)
 {
     const int threads = m->threads;
 #pragma omp parallel for num_threads(threads) schedule(static, 1) if (threads > 1)

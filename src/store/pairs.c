@@ -19,6 +19,7 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int mo
     const size_t n = (size_t)n_grains;
     *pairs = (ry_pairs){.n_grains = n_grains};
     RY_TRY(make(&pairs->place, n, sizeof *pairs->place, error));
+    RY_TRY(make(&pairs->crowd, n + RY_MAX_WALLS, sizeof *pairs->crowd, error));
     RY_TRY(make(&pairs->row, n + 1, sizeof *pairs->row, error));
     RY_TRY(make(&pairs->below_start, n + 1, sizeof *pairs->below_start, error));
     for (int w = 0; w < n_walls; w++) {
@@ -59,7 +60,7 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
 
 void ry_pairs_free(ry_pairs *pairs)
 {
-    void *const arrays[] = {pairs->place, pairs->i,   pairs->j,     pairs->slip,        pairs->rest,
+    void *const arrays[] = {pairs->crowd, pairs->place, pairs->i,   pairs->j,     pairs->slip,        pairs->rest,
                             pairs->age,   pairs->px,  pairs->pz,    pairs->pt,          pairs->sx,
                             pairs->sz,    pairs->row, pairs->below, pairs->below_start, pairs->chunk};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
@@ -124,8 +125,15 @@ static int32_t find_slot(const ry_pairs *pairs, const int32_t *id, int32_t id_i,
 void ry_pairs_import(ry_pairs *pairs, const ry_state *state)
 {
     const ry_contacts *const from = &state->contacts;
+    for (int32_t k = 0; k < pairs->n_grains + RY_MAX_WALLS; k++) {
+        pairs->crowd[k] = k >= pairs->n_grains || state->grains.fixed[k] ? RY_CROWD_FIXED : 0;
+    }
     for (int64_t c = 0; c < from->n; c++) {
         const int32_t p = find_slot(pairs, state->grains.id, from->id_i[c], from->id_j[c]);
+        pairs->crowd[pairs->place[from->id_i[c]]]++;
+        if (from->id_j[c] < pairs->n_grains) {
+            pairs->crowd[pairs->place[from->id_j[c]]]++;
+        }
         if (p >= 0) { /* a contact that has since parted is not in the list: it is closed anyway */
             pairs->slip[p] = from->slip[c];
             pairs->rest[p] = from->rest[c];

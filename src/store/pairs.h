@@ -30,6 +30,7 @@ typedef struct ry_pairs {
     double *pt;       /* angular impulse per radius, the same sign on both [N s] */
     double *sx, *sz;  /* shift x reduced mass, on the owner; NULL unless the law moves [kg m] */
 
+    int32_t *crowd;       /* n_grains + RY_MAX_WALLS: contacts of a grain in the last step; what can't move: many */
     int32_t *row;         /* n_grains + 1: pairs row[k] .. row[k+1]-1 belong to owner k */
     int32_t *below_start; /* n_grains + 1 */
     int32_t *below;       /* n_inner: the slots in which a grain is the partner, ascending owner id */
@@ -38,6 +39,9 @@ typedef struct ry_pairs {
     int32_t n_chunks;     /* row-aligned ranges of pairs, the unit of work of a thread */
     int32_t *chunk;       /* n_chunks + 1 */
 } ry_pairs;
+
+/* Set in the crowd of walls and fixed grains. */
+enum { RY_CROWD_FIXED = 1 << 30 };
 
 /* About this many pairs make a chunk. */
 enum { RY_CHUNK = 1024 };
