@@ -146,14 +146,14 @@ static int write_arrays(const ry_h5 *file, int slot, const ry_state *state)
                     unit, state->grains.field, sizeof(type)) != 0) {                          \
         return -1;                                                                            \
     }
-    RY_GRAIN_FIELDS(WRITE)
+    RY_GRAIN_FIELDS(WRITE);
 #undef WRITE
 #define WRITE(type, field, unit, text)                                                             \
     if (write_contacts_array(file, join(slot, "contacts", #field).string, type_##type(),           \
                              state->contacts.n, unit, state->contacts.field, sizeof(type)) != 0) { \
         return -1;                                                                                 \
     }
-    RY_CONTACT_FIELDS(WRITE)
+    RY_CONTACT_FIELDS(WRITE);
 #undef WRITE
 #define WRITE(field, unit, text)                                                  \
     if (state->column.nz > 0 &&                                                   \
@@ -161,7 +161,7 @@ static int write_arrays(const ry_h5 *file, int slot, const ry_state *state)
                     state->column.nz, unit, state->column.field) != 0) {          \
         return -1;                                                                \
     }
-    RY_COLUMN_FIELDS(WRITE)
+    RY_COLUMN_FIELDS(WRITE);
 #undef WRITE
 #define WRITE(field, text)                                                                        \
     if (state->ledger.field != NULL &&                                                            \
@@ -169,7 +169,7 @@ static int write_arrays(const ry_h5 *file, int slot, const ry_state *state)
                     "J", state->ledger.field, sizeof(double)) != 0) {                             \
         return -1;                                                                                \
     }
-    RY_LEDGER_TOTALS(WRITE)
+    RY_LEDGER_TOTALS(WRITE);
 #undef WRITE
     return 0;
 }
@@ -182,7 +182,7 @@ static int write_scalars(hid_t file, int slot, int64_t sequence, const ry_state 
     if (ry_h5_set_##kind(file, path, field, state->member) != 0) { \
         return -1;                                                 \
     }
-    SCALARS(WRITE)
+    SCALARS(WRITE);
 #undef WRITE
     return ry_h5_set_integer(file, path, "format", RY_FILE_FORMAT) == 0 &&
                    ry_h5_set_integer(file, path, "sequence", sequence) == 0 &&
@@ -221,21 +221,21 @@ static int read_arrays(hid_t file, int slot, ry_state *state)
                    state->grains.field) != 0) {                                               \
         return -1;                                                                            \
     }
-    RY_GRAIN_FIELDS(READ)
+    RY_GRAIN_FIELDS(READ);
 #undef READ
 #define READ(type, field, unit, text)                                                             \
     if (read_first(file, join(slot, "contacts", #field).string, type_##type(), state->contacts.n, \
                    state->contacts.field) != 0) {                                                 \
         return -1;                                                                                \
     }
-    RY_CONTACT_FIELDS(READ)
+    RY_CONTACT_FIELDS(READ);
 #undef READ
 #define READ(field, unit, text)                                                                    \
     if (read_first(file, join(slot, "column", #field).string, H5T_NATIVE_DOUBLE, state->column.nz, \
                    state->column.field) != 0) {                                                    \
         return -1;                                                                                 \
     }
-    RY_COLUMN_FIELDS(READ)
+    RY_COLUMN_FIELDS(READ);
 #undef READ
 #define READ(field, text)                                                                         \
     if (state->ledger.field != NULL &&                                                            \
@@ -243,7 +243,7 @@ static int read_arrays(hid_t file, int slot, ry_state *state)
                    state->ledger.field) != 0) {                                                   \
         return -1;                                                                                \
     }
-    RY_LEDGER_TOTALS(READ)
+    RY_LEDGER_TOTALS(READ);
 #undef READ
     return 0;
 }
@@ -276,7 +276,7 @@ static int read_scalars(hid_t file, int slot, ry_state *state, uint64_t *hash)
     if (ry_h5_get_##kind(file, path, field, &state->member) != 0) { \
         return -1;                                                  \
     }
-    SCALARS(READ)
+    SCALARS(READ);
 #undef READ
     const hid_t attribute = H5Aopen_by_name(file, path, "hash", H5P_DEFAULT, H5P_DEFAULT);
     const int read = attribute >= 0 ? H5Aread(attribute, H5T_NATIVE_UINT64, hash) : -1;

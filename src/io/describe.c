@@ -263,9 +263,9 @@ static void tell_energy(const page *to)
     first.member = sample(to, path, 0);      \
     last.member = sample(to, path, -1);      \
     say(to, "  %-20s %13.6g  %s\n", strrchr(path, '/') + 1, last.member, text);
-    RY_LIST_energy(ROW)
+    RY_LIST_energy(ROW);
 #undef ROW
-        tell_closure(to, &first, &last);
+    tell_closure(to, &first, &last);
 }
 
 static void tell_profile_row(const page *to, double *const *columns, int n_columns, int64_t k)
@@ -274,6 +274,16 @@ static void tell_profile_row(const page *to, double *const *columns, int n_colum
         say(to, " %14.4g", columns[j] != NULL ? columns[j][k] : NAN);
     }
     say(to, "\n");
+}
+
+/* The clear flow above the bed says little: the table ends a little above the highest grains. */
+static int64_t cells_with_grains(const double *phi, int64_t n)
+{
+    int64_t top = n;
+    while (top > 0 && phi[top - 1] < 1e-4) {
+        --top;
+    }
+    return top == 0 || top + 2 > n ? n : top + 2;
 }
 
 static void tell_profile(const page *to)
@@ -286,16 +296,16 @@ static void tell_profile(const page *to)
 #define COLUMN(name, unit, text)                                     \
     columns[used++] = numbers(to, "observables/profile/" #name, &n); \
     least = n < least ? n : least;
-    RY_LIST_profile(COLUMN)
+    RY_LIST_profile(COLUMN);
 #undef COLUMN
-        if (least > 0)
-    {
+    least = least > 0 ? cells_with_grains(columns[1], least) : 0;
+    if (least > 0) {
         say(to, "\nmean profile over %lld frames\n ", integer(to, "observables/profile", "frames"));
         say(to, " %14s", "z[m]");
 #define HEAD(name, unit, text) say(to, " %14s", unit[0] == '1' ? #name : #name "[" unit "]");
-        RY_LIST_profile(HEAD)
+        RY_LIST_profile(HEAD);
 #undef HEAD
-            say(to, "\n");
+        say(to, "\n");
         const int64_t rows = least < ROWS ? least : ROWS;
         for (int64_t k = rows - 1; k >= 0; --k) {
             say(to, " ");

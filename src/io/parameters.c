@@ -42,7 +42,7 @@ static void field_words(unsigned fields, char *text, size_t size)
     if ((fields & bit) != 0) {                                                     \
         strncat(text, text[0] != '\0' ? " " word : word, size - strlen(text) - 1); \
     }
-    RY_LIST_field(ADD)
+    RY_LIST_field(ADD);
 #undef ADD
 }
 
@@ -163,13 +163,31 @@ static int same_number(double a, double b)
     return memcmp(&a, &b, sizeof a) == 0 || a == b || (isnan(a) && isnan(b));
 }
 
+typedef struct digits {
+    char text[40];
+} digits;
+
+/* As few digits as tell the number from every other. */
+static digits shortest(double value)
+{
+    digits out;
+    for (int precision = 6; precision <= 17; ++precision) {
+        snprintf(out.text, sizeof out.text, "%.*g", precision, value);
+        if (same_number(strtod(out.text, NULL), value)) {
+            break;
+        }
+    }
+    return out;
+}
+
 static void compare_number(hid_t file, const char *name, double now, differences *list)
 {
     double then = NAN;
     if (ry_h5_get_number(file, GROUP, name, &then) != 0) {
-        add_difference(list, "\n  %s: not in the file, now %.17g", name, now);
+        add_difference(list, "\n  %s: not in the file, now %s", name, shortest(now).text);
     } else if (!same_number(then, now)) {
-        add_difference(list, "\n  %s: %.17g in the file, now %.17g", name, then, now);
+        add_difference(list, "\n  %s: %s in the file, now %s", name, shortest(then).text,
+                       shortest(now).text);
     }
 }
 
@@ -188,8 +206,8 @@ static void compare_particle(int k, const double *then, const double *now, diffe
 {
     for (int j = 0; j < PARTICLE_NUMBERS; ++j) {
         if (!same_number(then[j], now[j])) {
-            add_difference(list, "\n  particles[%d].%s: %.17g in the file, now %.17g", k,
-                           particle_names[j], then[j], now[j]);
+            add_difference(list, "\n  particles[%d].%s: %s in the file, now %s", k,
+                           particle_names[j], shortest(then[j]).text, shortest(now[j]).text);
         }
     }
 }

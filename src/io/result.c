@@ -30,7 +30,7 @@ static void add_frame_columns(ry_result *result)
         ry_table_add(&result->frames, GRAINS "/" #name, unit, text, type, components, result->n, \
                      components);                                                                \
     }
-    RY_LIST_frame(ADD)
+    RY_LIST_frame(ADD);
 #undef ADD
 }
 
@@ -40,10 +40,9 @@ static void add_series_columns(ry_result *result)
     if ((result->fields & field) != 0) {                                             \
         ry_table_add(&result->series, path, unit, text, H5T_NATIVE_DOUBLE, 0, 0, 0); \
     }
-    RY_LIST_series(ADD)
+    RY_LIST_series(ADD);
 #undef ADD
-        if ((result->fields & RY_FIELD_FLUX) == 0)
-    {
+    if ((result->fields & RY_FIELD_FLUX) == 0) {
         ry_table_add(&result->series, RY_HIDDEN_FLUX, "1", "for the mean flux of a resumed run",
                      H5T_NATIVE_DOUBLE, 0, 0, 0);
     }
@@ -55,7 +54,7 @@ void ry_result_add_profiles(ry_result *result, int32_t nz)
 #define ADD(name, unit, text)                                                        \
     ry_table_add(&result->profiles, "observables/profile_series/" #name, unit, text, \
                  H5T_NATIVE_DOUBLE, 1, nz, 0);
-    RY_LIST_profile(ADD)
+    RY_LIST_profile(ADD);
 #undef ADD
 }
 
@@ -309,9 +308,9 @@ ry_status ry_result_frame(ry_result *result, const ry_state *state, ry_error *er
             fill_##name(grains, k, (void *)((char *)row + (size_t)grains->id[k] * item)); \
         }                                                                                 \
     }
-    RY_LIST_frame(FILL)
+    RY_LIST_frame(FILL);
 #undef FILL
-        return flush_if_full(result, error);
+    return flush_if_full(result, error);
 }
 
 ry_status ry_result_profile(ry_result *result, const ry_state *state, const ry_profile *profile,
@@ -336,9 +335,9 @@ ry_status ry_result_profile(ry_result *result, const ry_state *state, const ry_p
 #define FILL(name, unit, text)                                        \
     memcpy(ry_table_cell(&result->profiles, column++), profile->name, \
            (size_t)profile->nz * sizeof(double));
-    RY_LIST_profile(FILL)
+    RY_LIST_profile(FILL);
 #undef FILL
-        return flush_if_full(result, error);
+    return flush_if_full(result, error);
 }
 
 ry_status ry_result_sample(ry_result *result, const ry_state *state, const ry_sample *sample,
@@ -356,10 +355,9 @@ ry_status ry_result_sample(ry_result *result, const ry_state *state, const ry_sa
     if ((result->fields & field) != 0) {                                      \
         *(double *)ry_table_cell(&result->series, column++) = sample->member; \
     }
-    RY_LIST_series(FILL)
+    RY_LIST_series(FILL);
 #undef FILL
-        if ((result->fields & RY_FIELD_FLUX) == 0)
-    {
+    if ((result->fields & RY_FIELD_FLUX) == 0) {
         *(double *)ry_table_cell(&result->series, column) = sample->q_star;
     }
     return flush_if_full(result, error);

@@ -81,6 +81,11 @@ void ry_result_close(ry_result *result);
 /* Writes what the file at `path` holds, in words and numbers. */
 ry_status ry_result_describe(const char *path, ry_write_fn *write, void *data, ry_error *error);
 
+/* Numbers of /observables/flux (NAN and 0 where the file has none; no profile, no method) and the hash
+ * of the last state saved: what a run that was finished already had found. */
+ry_status ry_result_read_summary(const char *path, ry_summary *summary, unsigned long long *hash,
+                                 ry_error *error);
+
 /* The scene text stored in the file, for `run --resume` and for tools; owned by the caller. */
 ry_status ry_result_scene_text(const char *path, char **text, ry_error *error);
 

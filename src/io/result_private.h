@@ -24,7 +24,7 @@ struct ry_result {
     int32_t nz; /* cells of the profiles, 0: none so far */
     double dz;  /* their height [m] */
     ry_table frames, profiles, series;
-    double *mean; /* the mean profiles, and a row to spare */
+    double *mean; /* the mean profiles */
     double *flux; /* q_star of all samples */
     size_t n_flux, flux_capacity;
     int slot;         /* checkpoint that is whole: 0 a, 1 b, -1 none */

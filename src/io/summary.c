@@ -3,6 +3,7 @@
  *
  * What a run found and what it cost: /observables/flux, /observables/profile and /cost; and the mean
  * of the profiles, made from the file so that they needn't stay in memory. */
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -74,10 +75,9 @@ static int write_profile(hid_t file, const ry_summary *summary)
         0) {                                                                                     \
         return -1;                                                                               \
     }
-    RY_LIST_profile(WRITE)
+    RY_LIST_profile(WRITE);
 #undef WRITE
-        return ry_h5_set_integer(file, "observables/profile", "frames",
-                                 summary->n_profiles_averaged);
+    return ry_h5_set_integer(file, "observables/profile", "frames", summary->n_profiles_averaged);
 }
 
 static int write_cost(hid_t file, const ry_cost *cost)
@@ -113,56 +113,82 @@ ry_status ry_result_summary(ry_result *result, const ry_summary *summary, const 
 
 /* --- mean profile --- */
 
-typedef struct sum {
-    double *total, *row; /* both nz long */
-    int64_t count;
-} sum;
+/* Profiles are read in blocks of this many rows. */
+enum { BLOCK_ROWS = 256 };
 
-static void add_row(sum *mean, int nz, const double *row)
+/* Adds rows to a sum, in the order in which they were made, however often the run was interrupted. */
+static void add_rows(double *total, int nz, const double *rows, int64_t n)
 {
-    for (int k = 0; k < nz; ++k) {
-        mean->total[k] += row[k];
+    for (int64_t row = 0; row < n; ++row) {
+        for (int k = 0; k < nz; ++k) {
+            total[k] += rows[row * nz + k];
+        }
     }
-    ++mean->count;
 }
 
-/* Rows of column `k` that are in the file, then those in memory: the order in which they were made,
- * however often the run was interrupted. */
-static void add_rows(const ry_result *result, hid_t file, int k, double time, sum *mean)
+/* The first row in the file behind `time`, and how many rows there are. */
+static int find_first(hid_t file, double time, int64_t *first, int64_t *rows)
 {
-    const ry_table *const table = &result->profiles;
-    const ry_table_column *const column = &table->column[k];
+    static const char path[] = "observables/profile_series/phi/time";
+    ry_h5_shape shape;
+    *first = *rows = 0;
+    if (ry_h5_get_shape(file, path, &shape) != 0 || shape.rank != 1 || shape.size[0] == 0) {
+        return 0;
+    }
+    double *const times = ry_array((size_t)shape.size[0], sizeof *times);
+    const int failed =
+        times == NULL || ry_h5_read(file, path, H5T_NATIVE_DOUBLE, shape.size[0], times) != 0;
+    if (!failed) {
+        *rows = (int64_t)shape.size[0];
+        while (*first < *rows && times[*first] <= time) {
+            ++*first;
+        }
+    }
+    free(times);
+    return failed ? -1 : 0;
+}
+
+static int add_from_file(const ry_result *result, hid_t file, const char *element, double time,
+                         double *total, int64_t *count)
+{
     char path[200];
-    snprintf(path, sizeof path, "%s/value", column->path);
-    ry_h5_shape shape = {.rank = 0};
-    const int64_t rows =
-        file >= 0 && ry_h5_get_shape(file, path, &shape) == 0 ? (int64_t)shape.size[0] : 0;
-    for (int64_t row = 0; row < rows; ++row) {
-        double at = 0.0;
-        if (ry_h5_read_rows(file, "observables/profile_series/phi/time", H5T_NATIVE_DOUBLE,
-                            (hsize_t)row, 1, &at) == 0 &&
-            at > time &&
-            ry_h5_read_rows(file, path, H5T_NATIVE_DOUBLE, (hsize_t)row, 1, mean->row) == 0) {
-            add_row(mean, result->nz, mean->row);
+    int64_t first = 0, rows = 0;
+    snprintf(path, sizeof path, "%s/value", element);
+    double *const block = ry_array((size_t)result->nz * BLOCK_ROWS, sizeof *block);
+    int failed = block == NULL || find_first(file, time, &first, &rows) != 0;
+    for (int64_t row = first; row < rows && !failed; row += BLOCK_ROWS) {
+        const int64_t n = rows - row < BLOCK_ROWS ? rows - row : BLOCK_ROWS;
+        failed =
+            ry_h5_read_rows(file, path, H5T_NATIVE_DOUBLE, (hsize_t)row, (hsize_t)n, block) != 0;
+        if (!failed) {
+            add_rows(total, result->nz, block, n);
+            *count += n;
         }
     }
-    for (int64_t row = 0; row < table->rows; ++row) {
-        if (table->time[row] > time) {
-            add_row(mean, result->nz, (const double *)column->data + row * result->nz);
-        }
-    }
+    free(block);
+    return failed ? -1 : 0;
 }
 
 static double *mean_of_column(ry_result *result, hid_t file, int k, double time, int64_t *count)
 {
+    const ry_table *const table = &result->profiles;
+    const ry_table_column *const column = &table->column[k];
     double *const total = result->mean + (size_t)k * (size_t)result->nz;
     memset(total, 0, (size_t)result->nz * sizeof *total);
-    sum mean = {total, result->mean + RY_TABLE_COLUMNS * (size_t)result->nz, 0};
-    add_rows(result, file, k, time, &mean);
-    for (int j = 0; j < result->nz && mean.count > 0; ++j) {
-        total[j] /= (double)mean.count;
+    *count = 0;
+    if (file >= 0 && add_from_file(result, file, column->path, time, total, count) != 0) {
+        *count = 0;
+        return total;
     }
-    *count = mean.count;
+    for (int64_t row = 0; row < table->rows; ++row) {
+        if (table->time[row] > time) {
+            add_rows(total, result->nz, (const double *)column->data + row * result->nz, 1);
+            ++*count;
+        }
+    }
+    for (int j = 0; j<result->nz && * count> 0; ++j) {
+        total[j] /= (double)*count;
+    }
     return total;
 }
 
@@ -175,7 +201,7 @@ ry_profile ry_result_mean_profile(ry_result *result, double time, long long *n_a
         return profile;
     }
     if (result->mean == NULL) {
-        result->mean = ry_array((RY_TABLE_COLUMNS + 1) * (size_t)result->nz, sizeof(double));
+        result->mean = ry_array(RY_TABLE_COLUMNS * (size_t)result->nz, sizeof(double));
     }
     if (result->mean == NULL) {
         return profile;
@@ -185,14 +211,52 @@ ry_profile ry_result_mean_profile(ry_result *result, double time, long long *n_a
     int column = 0;
 #define MEAN(name, unit, text) \
     profile.name = mean_of_column(result, file.id, column++, time, &count);
-    RY_LIST_profile(MEAN)
+    RY_LIST_profile(MEAN);
 #undef MEAN
-        if (opened)
-    {
+    if (opened) {
         ry_h5_close(&file, 1, "", NULL);
     }
     *n_averaged = count;
     profile.dz = result->dz;
     profile.nz = count > 0 ? result->nz : 0;
     return profile;
+}
+
+/* --- what a finished run had found --- */
+
+static void read_flux(hid_t file, ry_summary *summary)
+{
+    int64_t samples = 0, early = 0;
+    if (!ry_h5_exists(file, FLUX)) {
+        return;
+    }
+    ry_h5_get_number(file, FLUX, "q_star_mean", &summary->q_star_mean);
+    ry_h5_get_number(file, FLUX, "q_star_standard_error", &summary->q_star_standard_error);
+    ry_h5_get_number(file, FLUX, "autocorrelation_time", &summary->autocorrelation_time);
+    ry_h5_get_number(file, FLUX, "equilibration_time", &summary->equilibration_time);
+    ry_h5_get_integer(file, FLUX, "samples", &samples);
+    ry_h5_get_integer(file, FLUX, "stopped_early", &early);
+    summary->samples = samples;
+    summary->stopped_early = (int)early;
+}
+
+ry_status ry_result_read_summary(const char *path, ry_summary *summary, unsigned long long *hash,
+                                 ry_error *error)
+{
+    ry_h5 file;
+    char *text = NULL;
+    *summary = (ry_summary){.q_star_mean = NAN, .q_star_standard_error = NAN};
+    *hash = 0;
+    RY_TRY(ry_h5_open(&file, path, -1, RY_H5_READ, error));
+    const ry_status status = ry_parameters_check_ours(file.id, path, error);
+    if (status == RY_OK) {
+        read_flux(file.id, summary);
+        if (ry_h5_exists(file.id, "checkpoint") &&
+            ry_h5_get_text(file.id, "checkpoint", "state_hash", &text) == 0) {
+            *hash = strtoull(text, NULL, 16);
+        }
+    }
+    free(text);
+    ry_h5_close(&file, 1, "", NULL);
+    return status;
 }

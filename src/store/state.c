@@ -61,10 +61,10 @@ void ry_state_free(ry_state *state)
 #define FREE_CONTACTS(type, name, unit, text) free(state->contacts.name);
 #define FREE_COLUMN(name, unit, text) free(state->column.name);
 #define FREE_LEDGER(name, text) free(state->ledger.name);
-    RY_GRAIN_FIELDS(FREE_GRAINS)
-    RY_CONTACT_FIELDS(FREE_CONTACTS)
-    RY_COLUMN_FIELDS(FREE_COLUMN)
-    RY_LEDGER_TOTALS(FREE_LEDGER)
+    RY_GRAIN_FIELDS(FREE_GRAINS);
+    RY_CONTACT_FIELDS(FREE_CONTACTS);
+    RY_COLUMN_FIELDS(FREE_COLUMN);
+    RY_LEDGER_TOTALS(FREE_LEDGER);
 #undef FREE_GRAINS
 #undef FREE_CONTACTS
 #undef FREE_COLUMN
@@ -81,7 +81,7 @@ ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error)
 #define GROW(type, name, unit, text)       \
     capacity = (size_t)contacts->capacity; \
     RY_TRY(ry_array_grow(&contacts->name, &capacity, used, wanted, sizeof(type), error));
-    RY_CONTACT_FIELDS(GROW)
+    RY_CONTACT_FIELDS(GROW);
 #undef GROW
     contacts->capacity = (int64_t)capacity;
     return RY_OK;
@@ -122,13 +122,13 @@ static uint64_t hash_grain(const ry_state *state, int32_t k)
     const ry_grains *const grains = &state->grains;
     uint64_t hash = add_int32_t(1, grains->id[k]);
 #define ADD(type, name, unit, text) hash = add_##type(hash, grains->name[k]);
-    RY_GRAIN_FIELDS(ADD)
+    RY_GRAIN_FIELDS(ADD);
 #undef ADD
 #define ADD(name, text)                                 \
     if (state->ledger.name != NULL) {                   \
         hash = add_double(hash, state->ledger.name[k]); \
     }
-    RY_LEDGER_TOTALS(ADD)
+    RY_LEDGER_TOTALS(ADD);
 #undef ADD
     return hash;
 }
@@ -137,7 +137,7 @@ static uint64_t hash_contact(const ry_contacts *contacts, int64_t k)
 {
     uint64_t hash = 2;
 #define ADD(type, name, unit, text) hash = add_##type(hash, contacts->name[k]);
-    RY_CONTACT_FIELDS(ADD)
+    RY_CONTACT_FIELDS(ADD);
 #undef ADD
     return hash;
 }
@@ -146,7 +146,7 @@ static uint64_t hash_cell(const ry_column *column, int32_t k)
 {
     uint64_t hash = add_int32_t(3, k);
 #define ADD(name, unit, text) hash = add_double(hash, column->name[k]);
-    RY_COLUMN_FIELDS(ADD)
+    RY_COLUMN_FIELDS(ADD);
 #undef ADD
     return hash;
 }
