@@ -52,8 +52,7 @@ RY_INLINE ry_bond ry_bond_make(const ry_law_coef *q, double im, double tm)
 typedef struct ry_slide {
     double f;     /* added to the tangential approach w_t [m] */
     double slip;  /* stretch of the spring to keep [m] */
-    double loss;  /* energy lost, per m_t/dt^2 [m^2] */
-    double slid;  /* 1: the Coulomb limit was reached, the loss is friction; 0: the loss is dashpot */
+    int slides;   /* the Coulomb limit was reached */
 } ry_slide;
 
 /* Spring, dashpot and Coulomb limit along the tangent, which in the plane is one line: a scalar slip,
@@ -72,9 +71,7 @@ RY_INLINE ry_slide ry_tangential(const ry_bond q, double mu, double f, double w,
     ry_slide s;
     s.f = bounded;
     s.slip = slides ? held - after : slip;
-    const double end = s.slip + after;
-    s.loss = 0.5 * (w * w - after * after) + 0.5 * q.stretch * (slip * slip - end * end);
-    s.slid = slides ? 1.0 : 0.0;
+    s.slides = slides;
     return s;
 }
 

@@ -12,7 +12,7 @@ RY_INLINE ry_push ry_law_cundall_tension(const ry_bond q, const ry_touch t)
 {
     ry_push p = {.rest = 0.0};
     p.f = -(q.a * t.d + q.c * t.w);
-    p.dashpot = ry_dashpot_loss(-q.c * t.w, t.w, p.f, t.g);
+    p.dashpot = -q.c * t.w;
     return p;
 }
 
@@ -21,7 +21,7 @@ RY_INLINE ry_push ry_law_cundall(const ry_bond q, const ry_touch t)
 {
     ry_push p = {.rest = 0.0};
     p.f = ry_min(-(q.a * t.d + q.c * t.w), 0.0);
-    p.dashpot = ry_dashpot_loss(p.f + q.a * t.d, t.w, p.f, t.g);
+    p.dashpot = p.f + q.a * t.d;
     return p;
 }
 

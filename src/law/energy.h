@@ -64,7 +64,6 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     const double rebound = stretch > 0.0 ? ry_energy_rebound(q, t, stretch) - t.w - t.g : 0.0;
     const double spring = q.a * stretch;
     const double enduring = ry_min(-(spring + q.c * t.w), 0.0);
-    const double dashpot = ry_dashpot_loss(enduring + spring, t.w, enduring, t.g);
     const int is_new = (t.age == 0.0) & (t.crowd <= 1.0);
     const int is_impact = (t.age < RY_IMPACT_STEPS) & (t.crowd <= 1.0);
     ry_push p;
@@ -72,7 +71,7 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     p.shift = 0.0;
     p.rest = is_new ? close.rest : rest;
     p.impact = is_new ? close.impact : 0.0;
-    p.dashpot = is_impact ? 0.0 : dashpot;
+    p.dashpot = is_impact ? 0.0 : enduring + spring;
     return p;
 }
 

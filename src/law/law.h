@@ -49,7 +49,7 @@ typedef struct ry_push {
     double shift;  /* added to d at once [m] */
     double rest;   /* new value of the contact's rest [m] */
     double impact; /* energy lost by restitution [m^2] */
-    double dashpot; /* energy lost by the dashpot [m^2] */
+    double dashpot; /* the part of f that the dashpot gives [m] */
 } ry_push;
 
 RY_INLINE double ry_max(double p, double q)
@@ -60,13 +60,6 @@ RY_INLINE double ry_max(double p, double q)
 RY_INLINE double ry_min(double p, double q)
 {
     return p < q ? p : q;
-}
-
-/* Energy that a dashpot takes which adds -c w in a step in which the law adds f and gravity g: force
- * times mean approach. Exact for a pair alone. */
-RY_INLINE double ry_dashpot_loss(double dashpot, double w, double f, double g)
-{
-    return -dashpot * (w + 0.5 * (f + g));
 }
 
 #endif

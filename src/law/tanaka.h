@@ -18,7 +18,7 @@ RY_INLINE ry_push ry_law_tanaka(const ry_bond q, const ry_touch t)
     const double root = sqrt(t.d);
     const double spring = q.a * t.d * root;
     p.f = ry_min(-(spring + q.c * sqrt(root) * t.w), 0.0);
-    p.dashpot = ry_dashpot_loss(p.f + spring, t.w, p.f, t.g);
+    p.dashpot = p.f + spring;
     return p;
 }
 

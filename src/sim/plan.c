@@ -12,7 +12,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
-#include "base/random.h"
+#include "stage/ledger.h"
 
 /* A thread has to have this many grains before a second one pays. */
 enum { GRAINS_PER_THREAD = 4000 };
@@ -121,6 +121,13 @@ static ry_status run_gather(ry_plan *plan, ry_state *state, ry_error *error)
     return RY_OK;
 }
 
+static ry_status run_ledger(ry_plan *plan, ry_state *state, ry_error *error)
+{
+    (void)error;
+    ry_ledger_stage(&plan->contact, &plan->motion, state, &plan->pairs);
+    return RY_OK;
+}
+
 static ry_status run_integrate(ry_plan *plan, ry_state *state, ry_error *error)
 {
     (void)error;
@@ -161,8 +168,11 @@ static void lay_table(ry_plan *plan, const ry_config *config)
     add_stage(plan, "contact", plan->contact_kernel, "pairs, grains", "impulses and memory per pair", run_contact);
     add_stage(plan, "gather", plan->motion.moves ? "impulses + shifts" : "impulses", "pairs", "impulse per grain",
               run_gather);
-    add_stage(plan, "integrate", plan->has_ledger && plan->has_fluid ? "kick, drift + fluid work" : "kick, drift",
-              "impulses, gravity + fluid", "velocities, positions", run_integrate);
+    if (plan->has_ledger) {
+        add_stage(plan, "ledger", plan->has_fluid ? "dashpots, friction, fluid" : "dashpots, friction",
+                  "impulses, grains", "losses and work per grain", run_ledger);
+    }
+    add_stage(plan, "integrate", "kick, drift", "impulses, gravity + fluid", "velocities, positions", run_integrate);
 }
 
 /* ---- making it ------------------------------------------------------------------------------- */
@@ -234,8 +244,6 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     c->im = m->im;
     c->tm_grain = m->tm;
     c->loss_impact = state->ledger.loss_impact;
-    c->loss_dashpot = state->ledger.loss_dashpot;
-    c->loss_friction = state->ledger.loss_friction;
     c->loss_opening = state->ledger.loss_opening;
     for (int32_t k = 0; k < state->grains.n; k++) {
         if (m->im[k] != 0.0) { /* where grains differ these are not used */
@@ -276,7 +284,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     set_features(plan, config, 0);
     set_walls(plan, config);
     ry_motion *const m = &plan->motion;
-    RY_TRY(ry_motion_create(m, g->n, m->moves, error));
+    RY_TRY(ry_motion_create(m, g->n, m->moves, plan->has_ledger, error));
     m->threads = plan->threads;
     m->periodic = config->domain_periodic;
     m->length = plan->derived.length;
@@ -290,14 +298,13 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     b->periodic = config->domain_periodic;
     b->skin = plan->skin;
     RY_TRY(ry_neighbor_create(b, g, plan->threads, error));
-    RY_TRY(ry_pairs_create(&plan->pairs, g->n, b->n_walls, m->moves, error));
+    RY_TRY(ry_pairs_create(&plan->pairs, g->n, b->n_walls, m->moves, plan->has_ledger, error));
     RY_TRY(ry_neighbor_rebuild(b, g, &plan->pairs, error));
     plan->must_rebuild = 0;
     ry_pairs_import(&plan->pairs, state);
     if (plan->has_fluid) {
         set_flow(plan, config);
         RY_TRY(ry_flow_create(&plan->flow, state, error));
-        m->fluid_work = state->ledger.fluid_work;
     }
     plan->has_profile = state->column.nz > 0 && plan->derived.length > 0.0;
     if (plan->has_profile) {

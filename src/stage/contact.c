@@ -7,6 +7,7 @@
 #include "stage/contact.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "law/cundall.h"
 #include "law/energy.h"
@@ -17,15 +18,15 @@
 
 typedef ry_push ry_law_fn(const ry_bond q, const ry_touch t);
 
-RY_INLINE ry_bond pick_bond(const ry_contact *c, int alone)
+RY_INLINE ry_bond pick_bond(const ry_bond pair, const ry_bond lone, int alone)
 {
     ry_bond b;
-    b.a = alone ? c->bond[1].a : c->bond[0].a;
-    b.c = alone ? c->bond[1].c : c->bond[0].c;
-    b.e = c->bond[0].e;
-    b.stretch = alone ? c->bond[1].stretch : c->bond[0].stretch;
-    b.drag = alone ? c->bond[1].drag : c->bond[0].drag;
-    b.mass_ratio = alone ? c->bond[1].mass_ratio : c->bond[0].mass_ratio;
+    b.a = alone ? lone.a : pair.a;
+    b.c = alone ? lone.c : pair.c;
+    b.e = pair.e;
+    b.stretch = alone ? lone.stretch : pair.stretch;
+    b.drag = alone ? lone.drag : pair.drag;
+    b.mass_ratio = pair.mass_ratio;
     return b;
 }
 
@@ -39,7 +40,10 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
     const double *const vx = g->vx, *const vz = g->vz, *const spin = g->spin, *const r = g->radius;
     const double *const im = c->im, *const tmg = c->tm_grain;
     const int32_t n = near->n;
-#pragma GCC ivdep
+    const ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
+    const ry_bond pair = c->bond[0], lone = c->bond[1];
+    const double tm_pair = c->tm[0], tm_lone = c->tm[1];
+#pragma omp simd
     for (int32_t k = 0; k < n; k++) {
         const int32_t i = near->i[k], j = near->j[k];
         const double distance = near->distance[k];
@@ -54,17 +58,17 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
         if (features & RY_CONTACT_SIZES) {
             ims = im_i + im_j;
             tms = tmg[i] + tmg[j];
-            bond = ry_bond_make(&c->coef, ims, tms);
+            bond = ry_bond_make(&coef, ims, tms);
         } else {
             ims = im_i + im_j;
-            tms = alone ? c->tm[1] : c->tm[0];
-            bond = pick_bond(c, alone);
+            tms = alone ? tm_lone : tm_pair;
+            bond = pick_bond(pair, lone, alone);
         }
         const double per_ims = per_dt / ims;
         ry_touch t;
         t.d = sum - distance;
         t.w = ux * nx + uz * nz;
-        t.g = c->coef.g_dt2 * nz * ((im_i == 0.0 ? 1.0 : 0.0) - (im_j == 0.0 ? 1.0 : 0.0));
+        t.g = coef.g_dt2 * nz * ((im_i == 0.0 ? 1.0 : 0.0) - (im_j == 0.0 ? 1.0 : 0.0));
         t.rest = near->rest[k];
         t.age = near->age[k];
         t.crowd = near->crowd[k];
@@ -76,7 +80,7 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
             const double lever = distance / sum;
             const double w_t = across + (spin[i] * r[i] + spin[j] * r[j]) * (dt * lever);
             const double slip = t.age == 0.0 ? 0.0 : near->slip[k] + w_t;
-            const ry_slide s = ry_tangential(bond, c->coef.friction, p.f, w_t, slip);
+            const ry_slide s = ry_tangential(bond, coef.friction, p.f, w_t, slip);
             const double per_tms = per_dt / tms;
             const double along = s.f * per_tms;
             px += along * nz;
@@ -85,9 +89,9 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
             near->pt[k] = along * lever;
             near->slip[k] = s.slip;
             if (features & RY_CONTACT_LEDGER) {
-                const double loss = s.loss * per_tms * per_dt;
-                near->friction[k] = s.slid != 0.0 ? loss : 0.0;
-                near->dashpot[k] = s.slid != 0.0 ? 0.0 : loss;
+                near->kt[k] = bond.stretch * per_tms * per_dt;
+                near->et[k] = s.slides ? 0.5 * near->kt[k] * slip * slip : -1.0;
+                near->jt[k] = s.slides ? along : -bond.drag * w_t * per_tms;
             }
         }
         if (moves) { /* moving the grains apart would change r x v: take that out of v */
@@ -98,9 +102,8 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
             near->sz[k] = p.shift * nz / ims;
         }
         if (features & RY_CONTACT_LEDGER) {
-            const double unit = per_ims * per_dt;
-            near->impact[k] = p.impact * unit;
-            near->dashpot[k] = (features & RY_CONTACT_FRICTION ? near->dashpot[k] : 0.0) + p.dashpot * unit;
+            near->impact[k] = p.impact * per_ims * per_dt;
+            near->jn[k] = p.dashpot * per_ims;
         }
         near->px[k] = px;
         near->pz[k] = pz;
@@ -150,15 +153,6 @@ int ry_contact_law_moves(int law)
 
 /* ---- who touches ---------------------------------------------------------------------------- */
 
-typedef struct ry_gap {
-    double dx, dz, distance; /* from the owner to its partner; signed distance for a wall [m] */
-} ry_gap;
-
-RY_INLINE double nearest_image(double dx, double length, double half)
-{
-    return dx > half ? dx - length : (dx < -half ? dx + length : dx);
-}
-
 RY_INLINE ry_gap wall_gap(const ry_contact *c, ry_wall wall, double x, double z)
 {
     const double right = c->wall_length - x;
@@ -169,14 +163,14 @@ RY_INLINE ry_gap wall_gap(const ry_contact *c, ry_wall wall, double x, double z)
     return gap;
 }
 
-static ry_gap pair_gap(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p)
+ry_gap ry_contact_gap(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p)
 {
     const int32_t i = pairs->i[p], j = pairs->j[p];
     if (j >= g->n) {
         return wall_gap(c, c->wall[j - g->n], g->x[i], g->z[i]);
     }
     ry_gap gap;
-    gap.dx = nearest_image(g->x[j] - g->x[i], c->length, c->half);
+    gap.dx = ry_contact_nearest(g->x[j] - g->x[i], c->length, c->half);
     gap.dz = g->z[j] - g->z[i];
     gap.distance = sqrt(gap.dx * gap.dx + gap.dz * gap.dz);
     return gap;
@@ -209,7 +203,7 @@ static double tangential_energy(const ry_contact *c, const ry_grains *g, const r
 static void open_contact(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t p)
 {
     if ((c->features & RY_CONTACT_LEDGER) && (c->features & RY_CONTACT_FRICTION)) {
-        c->loss_opening[pairs->i[p]] += tangential_energy(c, g, pairs, p, pair_gap(c, g, pairs, p));
+        c->loss_opening[pairs->i[p]] += tangential_energy(c, g, pairs, p, ry_contact_gap(c, g, pairs, p));
     }
     pairs->px[p] = pairs->pz[p] = pairs->pt[p] = 0.0;
     pairs->slip[p] = pairs->rest[p] = 0.0;
@@ -230,9 +224,9 @@ RY_CLONES static void look_at_pairs(const ry_contact *c, const ry_grains *g, con
 {
     const double *const x = g->x, *const z = g->z, *const r = g->radius;
     const double length = c->length, half = c->half;
-#pragma GCC ivdep
+#pragma omp simd
     for (int32_t k = 0; k < n; k++) {
-        const double dx = nearest_image(x[j[k]] - x[i[k]], length, half);
+        const double dx = ry_contact_nearest(x[j[k]] - x[i[k]], length, half);
         const double dz = z[j[k]] - z[i[k]];
         const double distance = sqrt(dx * dx + dz * dz);
         look->dx[k] = dx;
@@ -254,29 +248,37 @@ static void look_at_walls(const ry_contact *c, const ry_grains *g, const int32_t
     }
 }
 
+/* Puts the pairs that touch side by side; closes the books of those that have parted. */
 static void collect(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t n,
                     const ry_look *look, ry_near *near)
 {
-    int32_t m = 0;
+    int32_t hit[RY_CONTACT_BLOCK], parted[RY_CONTACT_BLOCK];
+    int32_t hits = 0, partings = 0;
     for (int32_t k = 0; k < n; k++) {
-        const int32_t p = first + k;
+        const int touches = look->touches[k];
+        hit[hits] = k;
+        hits += touches;
+        parted[partings] = k;
+        partings += !touches & (pairs->age[first + k] != 0);
+    }
+    for (int32_t k = 0; k < partings; k++) {
+        open_contact(c, g, pairs, first + parted[k]);
+    }
+    for (int32_t m = 0; m < hits; m++) {
+        const int32_t k = hit[m], p = first + k, i = pairs->i[p], j = pairs->j[p];
+        const int32_t crowd_i = pairs->crowd[i], crowd_j = pairs->crowd[j];
         near->pair[m] = p;
-        near->i[m] = pairs->i[p];
-        near->j[m] = pairs->j[p];
+        near->i[m] = i;
+        near->j[m] = j;
         near->dx[m] = look->dx[k];
         near->dz[m] = look->dz[k];
         near->distance[m] = look->distance[k];
         near->slip[m] = pairs->slip[p];
         near->rest[m] = pairs->rest[p];
         near->age[m] = pairs->age[p];
-        const int32_t crowd_i = pairs->crowd[pairs->i[p]], crowd_j = pairs->crowd[pairs->j[p]];
         near->crowd[m] = crowd_i < crowd_j ? crowd_i : crowd_j;
-        m += look->touches[k];
-        if (!look->touches[k] && pairs->age[p] != 0) {
-            open_contact(c, g, pairs, p);
-        }
     }
-    near->n = m;
+    near->n = hits;
 }
 
 /* ---- the stage ------------------------------------------------------------------------------ */
@@ -305,42 +307,47 @@ static void store(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
 }
 
 /* Chunks end where the pairs of an owner end, so no other thread books for the same grain. */
-static void book(const ry_contact *c, const ry_near *near)
+static void book(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
 {
     for (int32_t k = 0; k < near->n; k++) {
+        const int32_t p = near->pair[k];
         c->loss_impact[near->i[k]] += near->impact[k];
-        c->loss_dashpot[near->i[k]] += near->dashpot[k];
-    }
-    if (c->features & RY_CONTACT_FRICTION) {
-        for (int32_t k = 0; k < near->n; k++) {
-            c->loss_friction[near->i[k]] += near->friction[k];
-        }
+        pairs->jn[p] = near->jn[k];
+        pairs->jt[p] = near->jt[k];
+        pairs->et[p] = near->et[k];
+        pairs->kt[p] = near->kt[k];
     }
 }
 
-static void work_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first,
-                       int32_t n, int walls)
+/* Returns how many pairs of the block touch; their numbers go to `touching`. */
+static int32_t work_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first,
+                          int32_t n, int walls, int32_t *touching)
 {
     ry_look look;
     ry_near near;
     (walls ? look_at_walls : look_at_pairs)(c, g, pairs->i + first, pairs->j + first, n, &look);
     collect(c, g, pairs, first, n, &look, &near);
     if (near.n == 0) {
-        return;
+        return 0;
     }
     c->kernel(c, g, &near);
     store(c, pairs, &near);
+    memcpy(touching, near.pair, (size_t)near.n * sizeof *touching);
     if (c->features & RY_CONTACT_LEDGER) {
-        book(c, &near);
+        book(c, pairs, &near);
     }
+    return near.n;
 }
 
-static void work_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first,
-                       int32_t end, int walls)
+static int32_t work_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first,
+                          int32_t end, int walls)
 {
+    int32_t touching = 0;
     for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
-        work_block(c, g, pairs, p, end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK, walls);
+        const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
+        touching += work_block(c, g, pairs, p, n, walls, pairs->touching + first + touching);
     }
+    return touching;
 }
 
 void ry_contact_stage(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
@@ -348,9 +355,9 @@ void ry_contact_stage(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
     const int threads = c->threads;
 #pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
     for (int32_t k = 0; k < pairs->n_chunks; k++) {
-        work_range(c, g, pairs, pairs->chunk[k], pairs->chunk[k + 1], 0);
+        pairs->n_touching[k] = work_range(c, g, pairs, pairs->chunk[k], pairs->chunk[k + 1], 0);
     }
-    work_range(c, g, pairs, pairs->n_inner, pairs->n, 1);
+    pairs->n_touching[pairs->n_chunks] = work_range(c, g, pairs, pairs->n_inner, pairs->n, 1);
 }
 
 /* ---- measuring ------------------------------------------------------------------------------ */
@@ -387,7 +394,7 @@ ry_contact_sums ry_contact_measure(const ry_contact *c, const ry_grains *g, cons
             if (p < 0) {
                 continue;
             }
-            const ry_gap gap = pair_gap(c, g, pairs, p);
+            const ry_gap gap = ry_contact_gap(c, g, pairs, p);
             const double overlap = g->radius[k] + g->radius[pairs->j[p]] - gap.distance;
             if (overlap <= 0.0 && pairs->age[p] == 0) {
                 continue;

@@ -14,7 +14,7 @@
 enum {
     RY_CONTACT_FRICTION = 1, /* tangential force */
     RY_CONTACT_SIZES = 2,    /* grains of different mass: coefficients are made per pair */
-    RY_CONTACT_LEDGER = 4,   /* losses are booked */
+    RY_CONTACT_LEDGER = 4,   /* losses are booked; the rest of that is stage/ledger.c */
     RY_CONTACT_STAMPS = 8
 };
 
@@ -29,7 +29,8 @@ typedef struct ry_near {
     double slip[RY_CONTACT_BLOCK], rest[RY_CONTACT_BLOCK], age[RY_CONTACT_BLOCK]; /* in and out */
     double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK], pt[RY_CONTACT_BLOCK];
     double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK];
-    double impact[RY_CONTACT_BLOCK], dashpot[RY_CONTACT_BLOCK], friction[RY_CONTACT_BLOCK]; /* [J] */
+    double impact[RY_CONTACT_BLOCK]; /* lost [J] */
+    double jn[RY_CONTACT_BLOCK], jt[RY_CONTACT_BLOCK], et[RY_CONTACT_BLOCK], kt[RY_CONTACT_BLOCK];
 } ry_near;
 
 typedef struct ry_contact ry_contact;
@@ -47,7 +48,7 @@ struct ry_contact {
     int moves, features, threads;
     const double *im; /* inverse masses, walls included: 0 [1/kg] */
     const double *tm_grain; /* im + r^2/I [1/kg] */
-    double *loss_impact, *loss_dashpot, *loss_friction, *loss_opening; /* per grain; with ledger [J] */
+    double *loss_impact, *loss_opening; /* per grain; with ledger [J] */
 };
 
 /* The kernel of a law (the order of ryusa/config.h) with RY_CONTACT_ features, and its name. */
@@ -64,6 +65,19 @@ typedef struct ry_contact_sums {
     int32_t worst_i, worst_j; /* storage indices; -1: none */
     int64_t touching;
 } ry_contact_sums;
+/* From the owner of a pair to its partner; signed distance for a wall [m]. */
+typedef struct ry_gap {
+    double dx, dz, distance;
+} ry_gap;
+
+/* dx, or the nearest of its periodic images. */
+RY_INLINE double ry_contact_nearest(double dx, double length, double half)
+{
+    return dx > half ? dx - length : (dx < -half ? dx + length : dx);
+}
+
+ry_gap ry_contact_gap(const ry_contact *contact, const ry_grains *grains, const ry_pairs *pairs, int32_t pair);
+
 ry_contact_sums ry_contact_measure(const ry_contact *contact, const ry_grains *grains,
                                    const ry_pairs *pairs);
 

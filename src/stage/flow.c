@@ -81,8 +81,10 @@ typedef struct ry_seen {
 } ry_seen;
 
 RY_INLINE ry_seen see(const ry_flow *f, double z, double vx, double vz, double area, double viscous,
-                      int32_t nz, double per_dz, ry_flow_drag law)
+                      ry_flow_drag law)
 {
+    const int32_t nz = f->nz;
+    const double per_dz = 1.0 / f->dz;
     const double height = z * per_dz;
     const double inside = height > 0.0 ? (height < nz ? height : nz) : 0.0;
     const int32_t whole = (int32_t)inside;
@@ -105,17 +107,23 @@ RY_INLINE ry_seen see(const ry_flow *f, double z, double vx, double vz, double a
 RY_INLINE void sample_body(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin,
                            int32_t end, ry_flow_drag law, int pushed)
 {
-    const double dt = f->dt, per_dz = 1.0 / f->dz;
-    const int32_t nz = f->nz;
-    const double *restrict const im = m->im, *restrict const weight = m->weight;
-    double *restrict const gx = m->gx, *restrict const gz = m->gz;
+    const ry_flow flow = *f; /* a copy that nothing written to below can alias */
+    const double dt = f->dt;
+    const double *const z = g->z, *const vx = g->vx, *const vz = g->vz, *const area = f->area;
+    const double *const viscous = f->viscous, *const volume = f->volume, *const im = m->im;
+    const double *const weight = m->weight;
+    double *const push = g->push, *const gx = m->gx, *const gz = m->gz;
+#pragma omp simd
     for (int32_t k = begin; k < end; k++) {
-        const ry_seen s = see(f, g->z[k], g->vx[k], g->vz[k], f->area[k], f->viscous[k], nz, per_dz, law);
+        const ry_seen s = see(&flow, z[k], vx[k], vz[k], area[k], viscous[k], law);
         const double b = s.rate * dt * im[k];
         const double share = 1.0 / (1.0 + b);
-        const double along = f->volume[k] * s.gradient + (pushed ? g->push[k] : 0.0);
-        gx[k] = (b * (s.u - g->vx[k]) + along * dt * im[k]) * share;
-        gz[k] = (weight[k] - b * g->vz[k]) * share;
+        const double along = volume[k] * s.gradient + (pushed ? push[k] : 0.0);
+        gx[k] = (b * (s.u - vx[k]) + along * dt * im[k]) * share;
+        gz[k] = (weight[k] - b * vz[k]) * share;
+        if (!pushed) {
+            push[k] += (s.rate * (s.u - vx[k]) + along) * share;
+        }
     }
 }
 
@@ -145,8 +153,8 @@ static void add_lift(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t
     const ry_flow_drag law = RY_FLOW_DALLAVALLE; /* only the velocity is looked at */
     for (int32_t k = begin; k < end; k++) {
         const double r = g->radius[k], vx = g->vx[k];
-        const double top = see(f, g->z[k] + r, vx, 0.0, 0.0, 1.0, f->nz, 1.0 / f->dz, law).u - vx;
-        const double foot = see(f, g->z[k] - r, vx, 0.0, 0.0, 1.0, f->nz, 1.0 / f->dz, law).u - vx;
+        const double top = see(f, g->z[k] + r, vx, 0.0, 0.0, 1.0, law).u - vx;
+        const double foot = see(f, g->z[k] - r, vx, 0.0, 0.0, 1.0, law).u - vx;
         m->gz[k] += f->lift * f->area[k] * (top * top - foot * foot) * f->dt * m->im[k];
     }
 }
@@ -199,11 +207,9 @@ static void sum_block(const ry_flow *f, const ry_state *state, const ry_motion *
         const int32_t k = place[id];
         double force = 0.0, slope = 0.0;
         if (f->model == RY_FLOW_BALANCE) {
-            const ry_seen s = see(f, g->z[k], g->vx[k], g->vz[k], f->area[k], f->viscous[k], c->nz,
-                                  1.0 / c->dz, f->drag);
-            const double share = 1.0 / (1.0 + s.rate * f->dt * m->im[k]);
-            force = (s.rate * (s.u - g->vx[k]) + f->volume[k] * s.gradient) * share;
-            slope = s.rate * share;
+            const ry_seen s = see(f, g->z[k], g->vx[k], g->vz[k], f->area[k], f->viscous[k], f->drag);
+            force = g->push[k] / f->advance;
+            slope = s.rate / (1.0 + s.rate * f->dt * m->im[k]);
         }
         spread(f, c, g->z[k], g->radius[k], f->volume[k], force, slope, block);
     }
@@ -344,8 +350,8 @@ static void clear_flow(const ry_flow *f, ry_column *c, int32_t first, const doub
 
 /* One implicit step of the balance over `advance` steps. The closure is linearised about the present
  * gradient s: tau' = tau(s) + K (s' - s), K = rho (1-phi)(nu + 2 l^2|s|): Newton's step, which for
- * this convex law does not overshoot. The grains' force is what they feel now, plus its change with
- * u; that change averages to nothing, so in the mean the fluid loses just what the grains gain. */
+ * this convex law does not overshoot. The grains' force is what they got since the last advance, plus
+ * its change with u; that change averages to nothing, so the fluid loses just what the grains gain. */
 static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
 {
     const int32_t nz = layer_top(f, c);
@@ -493,6 +499,9 @@ void ry_flow_advance(ry_flow *f, ry_state *state, const ry_motion *m, const int3
     ry_column *const c = &state->column;
     const double tau = ry_flow_stress(f, state->step);
     sum_grains(f, state, m, place);
+    if (f->model != RY_FLOW_STRESS) {
+        memset(state->grains.push, 0, (size_t)state->grains.n * sizeof *state->grains.push);
+    }
     average_phi(f, c, state->step);
     c->bed_level = ry_flow_bed_level(c->phi, c->nz, c->dz, f->d);
     if (state->step >= f->step_start) {

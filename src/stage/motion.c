@@ -7,25 +7,31 @@
 #include "base/memory.h"
 #include "base/parallel.h"
 
-ry_status ry_motion_create(ry_motion *m, int32_t n, int moves, ry_error *error)
+static ry_status make(double **array, int32_t n, int wanted, ry_error *error)
 {
-    double **const arrays[] = {&m->im, &m->tm, &m->spin_gain, &m->gx, &m->gz, &m->weight,
-                               &m->cx, &m->cz, &m->ct,        &m->sx, &m->sz};
-    const size_t count = sizeof arrays / sizeof *arrays - (moves ? 0 : 2);
+    *array = wanted ? ry_array((size_t)n + RY_MAX_WALLS, sizeof(double)) : NULL;
+    return *array != NULL || !wanted ? RY_OK : ry_no_memory(error, (size_t)n * sizeof(double));
+}
+
+ry_status ry_motion_create(ry_motion *m, int32_t n, int moves, int ledger, ry_error *error)
+{
+    double **const always[] = {&m->im, &m->tm, &m->spin_gain, &m->gx, &m->gz,
+                               &m->weight, &m->cx, &m->cz, &m->ct};
     m->moves = moves;
-    for (size_t k = 0; k < count; k++) {
-        *arrays[k] = ry_array((size_t)n + RY_MAX_WALLS, sizeof(double));
-        if (*arrays[k] == NULL) {
-            return ry_no_memory(error, (size_t)n * sizeof(double));
-        }
+    for (size_t k = 0; k < sizeof always / sizeof *always; k++) {
+        RY_TRY(make(always[k], n, 1, error));
     }
-    return RY_OK;
+    RY_TRY(make(&m->sx, n, moves, error));
+    RY_TRY(make(&m->sz, n, moves, error));
+    RY_TRY(make(&m->kick_x, n, ledger, error));
+    RY_TRY(make(&m->kick_z, n, ledger, error));
+    return make(&m->kick_spin, n, ledger, error);
 }
 
 void ry_motion_free(ry_motion *m)
 {
     double *const arrays[] = {m->im, m->tm, m->spin_gain, m->gx, m->gz, m->weight,
-                              m->cx, m->cz, m->ct,        m->sx, m->sz};
+                              m->cx, m->cz, m->ct, m->sx, m->sz, m->kick_x, m->kick_z, m->kick_spin};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }
@@ -161,20 +167,6 @@ static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t
     }
 }
 
-/* Work of the fluid: its impulse times the mean velocity of the step, exact for the kinetic energy.
- * Called before integrate. */
-static void book_fluid_work(const ry_motion *m, const ry_grains *g, int32_t begin, int32_t end)
-{
-    for (int32_t k = begin; k < end; k++) {
-        if (m->im[k] == 0.0) {
-            continue;
-        }
-        const double mean_x = g->vx[k] + 0.5 * (m->cx[k] * m->im[k] + m->gx[k]);
-        const double mean_z = g->vz[k] + 0.5 * (m->cz[k] * m->im[k] + m->gz[k]);
-        m->fluid_work[k] += (m->gx[k] * mean_x + (m->gz[k] - m->weight[k]) * mean_z) / m->im[k];
-    }
-}
-
 double ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const double *z0)
 {
     const int threads = m->threads;
@@ -183,9 +175,6 @@ double ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const d
     for (int t = 0; t < threads; t++) {
         const int32_t begin = (int32_t)((int64_t)g->n * t / threads);
         const int32_t end = (int32_t)((int64_t)g->n * (t + 1) / threads);
-        if (m->fluid_work != NULL) {
-            book_fluid_work(m, g, begin, end);
-        }
         if (m->moves) {
             shift_range(m, g, begin, end);
         }

@@ -14,7 +14,8 @@ static ry_status make(void *array, size_t count, size_t size, ry_error *error)
     return *slot != NULL ? RY_OK : ry_no_memory(error, count * size);
 }
 
-ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, ry_error *error)
+ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, int ledger,
+                          ry_error *error)
 {
     const size_t n = (size_t)n_grains;
     *pairs = (ry_pairs){.n_grains = n_grains};
@@ -28,6 +29,9 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int mo
     if (moves) { /* any non-NULL arrays tell ry_pairs_reserve that shifts are wanted */
         RY_TRY(make(&pairs->sx, 1, sizeof *pairs->sx, error));
         RY_TRY(make(&pairs->sz, 1, sizeof *pairs->sz, error));
+    }
+    if (ledger) {
+        RY_TRY(make(&pairs->jn, 1, sizeof *pairs->jn, error));
     }
     return ry_pairs_reserve(pairs, 1, error);
 }
@@ -52,8 +56,16 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
         RY_TRY(make(&pairs->sx, room, sizeof *pairs->sx, error));
         RY_TRY(make(&pairs->sz, room, sizeof *pairs->sz, error));
     }
-    RY_TRY(make(&pairs->chunk, room / RY_CHUNK + 2 + (size_t)pairs->n_grains / RY_CHUNK,
-                sizeof *pairs->chunk, error));
+    if (pairs->jn != NULL) {
+        RY_TRY(make(&pairs->jn, room, sizeof *pairs->jn, error));
+        RY_TRY(make(&pairs->jt, room, sizeof *pairs->jt, error));
+        RY_TRY(make(&pairs->et, room, sizeof *pairs->et, error));
+        RY_TRY(make(&pairs->kt, room, sizeof *pairs->kt, error));
+    }
+    const size_t chunks = room / RY_CHUNK + 2;
+    RY_TRY(make(&pairs->touching, room, sizeof *pairs->touching, error));
+    RY_TRY(make(&pairs->n_touching, chunks + 1, sizeof *pairs->n_touching, error));
+    RY_TRY(make(&pairs->chunk, chunks, sizeof *pairs->chunk, error));
     pairs->capacity = room;
     return RY_OK;
 }
@@ -62,7 +74,7 @@ void ry_pairs_free(ry_pairs *pairs)
 {
     void *const arrays[] = {pairs->crowd, pairs->place, pairs->i,   pairs->j,     pairs->slip,        pairs->rest,
                             pairs->age,   pairs->px,  pairs->pz,    pairs->pt,          pairs->sx,
-                            pairs->sz,    pairs->row, pairs->below, pairs->below_start, pairs->chunk};
+                            pairs->sz,    pairs->jn, pairs->jt, pairs->et, pairs->kt, pairs->touching, pairs->n_touching, pairs->row, pairs->below, pairs->below_start, pairs->chunk};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }

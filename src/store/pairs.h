@@ -28,6 +28,10 @@ typedef struct ry_pairs {
     uint8_t *age;     /* steps in touch so far, up to 255; 0: did not touch in the last step */
     double *px, *pz;  /* impulse of the last step on the owner; the partner gets the opposite [N s] */
     double *pt;       /* angular impulse per radius, the same sign on both [N s] */
+    double *jn;       /* ledger: impulse of the normal dashpot along the approach [N s] */
+    double *jt;       /* ledger: tangential impulse of the dashpot, or of friction where it slides [N s] */
+    double *et;       /* ledger: energy of the tangential spring before the step where it slides, else -1 [J] */
+    double *kt;       /* ledger: tangential stiffness [N/m]; these four are NULL without ledger */
     double *sx, *sz;  /* shift x reduced mass, on the owner; NULL unless the law moves [kg m] */
 
     int32_t *crowd;       /* n_grains + RY_MAX_WALLS: contacts of a grain in the last step; what can't move: many */
@@ -36,6 +40,8 @@ typedef struct ry_pairs {
     int32_t *below;       /* n_inner: the slots in which a grain is the partner, ascending owner id */
     int32_t *wall_slot[RY_MAX_WALLS]; /* n_grains each: slot of the grain's pair with the wall, or -1 */
 
+    int32_t *touching;    /* n: of each chunk, from its start, the pairs that touch; the walls' last */
+    int32_t *n_touching;  /* n_chunks + 1: how many; the last for the walls */
     int32_t n_chunks;     /* row-aligned ranges of pairs, the unit of work of a thread */
     int32_t *chunk;       /* n_chunks + 1 */
 } ry_pairs;
@@ -46,7 +52,8 @@ enum { RY_CROWD_FIXED = 1 << 30 };
 /* About this many pairs make a chunk. */
 enum { RY_CHUNK = 1024 };
 
-ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, ry_error *error);
+ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, int ledger,
+                          ry_error *error);
 void ry_pairs_free(ry_pairs *pairs);
 
 /* Room for n pairs; what is there is lost. */

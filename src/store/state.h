@@ -26,7 +26,8 @@ enum { RY_MAX_WALLS = 3 };
     RY_GRAIN_FIELD(double, spin, "rad/s", "angular velocity about y, positive from z towards x")   \
     RY_GRAIN_FIELD(double, radius, "m", "radius")                                                  \
     RY_GRAIN_FIELD(double, density, "kg/m^3", "density")                                           \
-    RY_GRAIN_FIELD(double, push, "N", "shear force of the fluid on an exposed grain, model stress") \
+    RY_GRAIN_FIELD(double, push, "N", "model stress: shear force on an exposed grain; model balance: "       \
+                   "sum of the fluid's forces along x over the steps since the last advance") \
     RY_GRAIN_FIELD(int32_t, image, "1", "how often x was wrapped: unwrapped x = x + image * length") \
     RY_GRAIN_FIELD(int32_t, id, "1", "0 .. n-1, never changes")                                    \
     RY_GRAIN_FIELD(uint8_t, fixed, "1", "1: nothing moves it")
