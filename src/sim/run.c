@@ -248,6 +248,21 @@ static ry_status loop(ry_runner *r, ry_error *error)
 
 /* ---- beginning and end ----------------------------------------------------------------------- */
 
+/* The run was finished already: what it had found. */
+static ry_status recall(ry_run_result *result, const char *path, ry_error *error)
+{
+    ry_summary summary;
+    RY_TRY(ry_result_read_summary(path, &summary, &result->hash, error));
+    result->q_star = summary.q_star_mean;
+    result->q_star_error = summary.q_star_standard_error;
+    result->autocorrelation_time = summary.autocorrelation_time;
+    result->equilibration = summary.equilibration_time;
+    result->samples = summary.samples;
+    result->stopped_early = summary.stopped_early;
+    snprintf(result->note, sizeof result->note, "%s was finished already", path);
+    return RY_OK;
+}
+
 static ry_status open_run(ry_runner *r, const ry_config *config, int *finished, ry_error *error)
 {
     const ry_run_options *const o = r->options;
@@ -258,9 +273,8 @@ static ry_status open_run(ry_runner *r, const ry_config *config, int *finished, 
         RY_TRY(ry_result_resume(&r->file, o->output, config, &state, &found, error));
     }
     if (found == 2) {
-        snprintf(r->result->note, sizeof r->result->note, "%s was finished already", o->output);
         *finished = 1;
-        return RY_OK;
+        return recall(r->result, o->output, error);
     }
     if (found == 1) {
         r->sim = ry_sim_adopt(config, &state, o->threads, error);

@@ -11,7 +11,7 @@
 #include "scene/scene.h"
 
 /* Steps between checks that the state is still physical, and between steps whose stages are timed. */
-enum { CHECK_EVERY = 256, TIME_EVERY = 16 };
+enum { CHECK_EVERY = 256, TIME_EVERY = 13 };
 
 /* ---- copies of a state ----------------------------------------------------------------------- */
 

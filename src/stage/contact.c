@@ -89,9 +89,13 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
             near->pt[k] = along * lever;
             near->slip[k] = s.slip;
             if (features & RY_CONTACT_LEDGER) {
-                near->kt[k] = bond.stretch * per_tms * per_dt;
-                near->et[k] = s.slides ? 0.5 * near->kt[k] * slip * slip : -1.0;
-                near->jt[k] = s.slides ? along : -bond.drag * w_t * per_tms;
+                const double kt = bond.stretch * per_tms * per_dt;
+                near->t_lever[k] = lever;
+                near->t_run[k] = w_t;
+                near->t_spring[k] = s.slip;
+                near->t_jt[k] = s.slides ? along : -bond.drag * w_t * per_tms;
+                near->t_et[k] = s.slides ? 0.5 * kt * slip * slip : -1.0;
+                near->t_kt[k] = kt;
             }
         }
         if (moves) { /* moving the grains apart would change r x v: take that out of v */
@@ -103,7 +107,9 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
         }
         if (features & RY_CONTACT_LEDGER) {
             near->impact[k] = p.impact * per_ims * per_dt;
-            near->jn[k] = p.dashpot * per_ims;
+            near->t_nx[k] = nx;
+            near->t_nz[k] = nz;
+            near->t_jn[k] = p.dashpot * per_ims;
         }
         near->px[k] = px;
         near->pz[k] = pz;
@@ -307,21 +313,20 @@ static void store(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
 }
 
 /* Chunks end where the pairs of an owner end, so no other thread books for the same grain. */
-static void book(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
+static void book(const ry_contact *c, ry_pairs *pairs, const ry_near *near, int32_t at)
 {
+    const size_t bytes = (size_t)near->n * sizeof(double);
     for (int32_t k = 0; k < near->n; k++) {
-        const int32_t p = near->pair[k];
         c->loss_impact[near->i[k]] += near->impact[k];
-        pairs->jn[p] = near->jn[k];
-        pairs->jt[p] = near->jt[k];
-        pairs->et[p] = near->et[k];
-        pairs->kt[p] = near->kt[k];
     }
+#define RY_TOUCH_COPY(name, unit, text) memcpy(pairs->t_##name + at, near->t_##name, bytes);
+    RY_TOUCH_FIELDS(RY_TOUCH_COPY)
+#undef RY_TOUCH_COPY
 }
 
-/* Returns how many pairs of the block touch; their numbers go to `touching`. */
+/* Returns how many pairs of the block touch; they go to place `at` of `touching`. */
 static int32_t work_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first,
-                          int32_t n, int walls, int32_t *touching)
+                          int32_t n, int walls, int32_t at)
 {
     ry_look look;
     ry_near near;
@@ -332,9 +337,9 @@ static int32_t work_block(const ry_contact *c, const ry_grains *g, ry_pairs *pai
     }
     c->kernel(c, g, &near);
     store(c, pairs, &near);
-    memcpy(touching, near.pair, (size_t)near.n * sizeof *touching);
+    memcpy(pairs->touching + at, near.pair, (size_t)near.n * sizeof *near.pair);
     if (c->features & RY_CONTACT_LEDGER) {
-        book(c, pairs, &near);
+        book(c, pairs, &near, at);
     }
     return near.n;
 }
@@ -345,7 +350,7 @@ static int32_t work_range(const ry_contact *c, const ry_grains *g, ry_pairs *pai
     int32_t touching = 0;
     for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
         const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
-        touching += work_block(c, g, pairs, p, n, walls, pairs->touching + first + touching);
+        touching += work_block(c, g, pairs, p, n, walls, first + touching);
     }
     return touching;
 }

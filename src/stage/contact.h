@@ -30,7 +30,9 @@ typedef struct ry_near {
     double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK], pt[RY_CONTACT_BLOCK];
     double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK];
     double impact[RY_CONTACT_BLOCK]; /* lost [J] */
-    double jn[RY_CONTACT_BLOCK], jt[RY_CONTACT_BLOCK], et[RY_CONTACT_BLOCK], kt[RY_CONTACT_BLOCK];
+#define RY_TOUCH_ARRAY(name, unit, text) double t_##name[RY_CONTACT_BLOCK];
+    RY_TOUCH_FIELDS(RY_TOUCH_ARRAY)
+#undef RY_TOUCH_ARRAY
 } ry_near;
 
 typedef struct ry_contact ry_contact;

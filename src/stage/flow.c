@@ -21,15 +21,23 @@
 /* Rows of flow->sums: solid volume, force on the grains, its derivative by the fluid's velocity. */
 enum { SUM_VOLUME, SUM_FORCE, SUM_SLOPE, SUM_COUNT };
 
-static double *sums_row(const ry_flow *f, int32_t block, int row, int32_t nz)
+/* A row has room for a last run of slices beyond the column. */
+static size_t row_length(const ry_flow *f)
 {
-    return f->sums + ((size_t)block * SUM_COUNT + (size_t)row) * (size_t)nz;
+    return (size_t)f->nz + RY_SLICES;
+}
+
+static double *sums_row(const ry_flow *f, int32_t block, int row)
+{
+    return f->sums + ((size_t)block * SUM_COUNT + (size_t)row) * row_length(f);
 }
 
 ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
 {
     const ry_grains *const g = &state->grains;
     const size_t n = (size_t)g->n, nz = (size_t)state->column.nz;
+    f->nz = state->column.nz;
+    f->dz = state->column.dz;
     f->n_blocks = (g->n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK;
     f->n_bins = f->model == RY_FLOW_STRESS ? (int32_t)ceil(8.0 * f->length / f->d) : 0;
     f->area = ry_array(n, sizeof(double));
@@ -38,10 +46,8 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
     f->u = ry_array(nz + 1, sizeof(double));
     f->gradient = ry_array(nz + 1, sizeof(double));
     f->hinder = ry_array(nz + 1, sizeof(double));
-    f->sums = ry_array(((size_t)f->n_blocks + 1) * SUM_COUNT * nz, sizeof(double));
+    f->sums = ry_array(((size_t)f->n_blocks + 1) * SUM_COUNT * row_length(f), sizeof(double));
     f->work = ry_array(5 * nz, sizeof(double));
-    f->nz = state->column.nz;
-    f->dz = state->column.dz;
     f->bin_top = ry_array((size_t)f->n_bins, sizeof(double));
     f->bin_grain = ry_array((size_t)f->n_bins, sizeof(int32_t));
     if (!f->area || !f->viscous || !f->volume || !f->u || !f->gradient || !f->hinder || !f->sums ||
@@ -176,33 +182,37 @@ void ry_flow_sample(const ry_flow *f, const ry_grains *g, ry_motion *m)
 
 /* ---- what the column gets -------------------------------------------------------------------- */
 
-static void spread(const ry_flow *f, const ry_column *c, double z, double r, double volume,
-                   double force, double slope, int32_t block)
+/* Adds a grain to the rows of a block, a run of RY_SLICES cells at a time; the rows have that much room
+ * to spare at their end. */
+RY_INLINE void spread(double *volumes, double *forces, double *slopes, const ry_span span, double dz,
+                      double z, double r, double volume, double force, double slope)
 {
-    double *const volumes = sums_row(f, block, SUM_VOLUME, c->nz);
-    double *const forces = sums_row(f, block, SUM_FORCE, c->nz);
-    double *const slopes = sums_row(f, block, SUM_SLOPE, c->nz);
-    const ry_span span = ry_slice_span(z, r, 1.0 / c->dz, c->nz);
     const double per_r = 1.0 / r;
-    double below = ry_slice_below((span.first * c->dz - z) * per_r);
-    for (int32_t k = span.first; k <= span.last; k++) {
-        const double above = ry_slice_below(((k + 1) * c->dz - z) * per_r);
-        const double part = above - below;
-        volumes[k] += volume * part;
-        forces[k] += force * part;
-        slopes[k] += slope * part;
-        below = above;
+    for (int32_t first = span.first; first <= span.last; first += RY_SLICES) {
+        double parts[RY_SLICES];
+        ry_slice_parts((first * dz - z) * per_r, dz * per_r, parts);
+        for (int32_t k = 0; k < RY_SLICES; k++) {
+            volumes[first + k] += volume * parts[k];
+        }
+        for (int32_t k = 0; k < RY_SLICES; k++) {
+            forces[first + k] += force * parts[k];
+        }
+        for (int32_t k = 0; k < RY_SLICES; k++) {
+            slopes[first + k] += slope * parts[k];
+        }
     }
 }
 
-static void sum_block(const ry_flow *f, const ry_state *state, const ry_motion *m, const int32_t *place,
+RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const ry_motion *m, const int32_t *place,
                       int32_t block)
 {
     const ry_grains *const g = &state->grains;
     const ry_column *const c = &state->column;
     const int32_t first = block * RY_SUM_BLOCK;
     const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
-    memset(sums_row(f, block, 0, c->nz), 0, SUM_COUNT * (size_t)c->nz * sizeof(double));
+    double *const volumes = sums_row(f, block, SUM_VOLUME), *const forces = sums_row(f, block, SUM_FORCE);
+    double *const slopes = sums_row(f, block, SUM_SLOPE);
+    memset(volumes, 0, SUM_COUNT * row_length(f) * sizeof(double));
     for (int32_t id = first; id < end; id++) {
         const int32_t k = place[id];
         double force = 0.0, slope = 0.0;
@@ -211,14 +221,16 @@ static void sum_block(const ry_flow *f, const ry_state *state, const ry_motion *
             force = g->push[k] / f->advance;
             slope = s.rate / (1.0 + s.rate * f->dt * m->im[k]);
         }
-        spread(f, c, g->z[k], g->radius[k], f->volume[k], force, slope, block);
+        const double z = g->z[k], r = g->radius[k];
+        spread(volumes, forces, slopes, ry_slice_span(z, r, 1.0 / c->dz, c->nz), c->dz, z, r, f->volume[k],
+               force, slope);
     }
 }
 
 /* Sums over fixed blocks of ids, then over the blocks in order: no thread count shows. */
 static void sum_grains(ry_flow *f, const ry_state *state, const ry_motion *m, const int32_t *place)
 {
-    const size_t width = SUM_COUNT * (size_t)state->column.nz;
+    const size_t width = SUM_COUNT * row_length(f);
     const int threads = f->threads;
     const int32_t n_blocks = f->n_blocks;
 #pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
@@ -238,7 +250,7 @@ static void sum_grains(ry_flow *f, const ry_state *state, const ry_motion *m, co
 /* Running mean over the time in which a grain near the bed goes a few diameters. */
 static void average_phi(const ry_flow *f, ry_column *c, int64_t step)
 {
-    const double *const volume = sums_row(f, f->n_blocks, SUM_VOLUME, c->nz);
+    const double *const volume = sums_row(f, f->n_blocks, SUM_VOLUME);
     const double per_cell = 1.0 / (f->length * f->d * c->dz);
     const double speed = sqrt(f->tau / f->density) + 1e-3 * sqrt(f->d);
     const double weight = step < f->advance ? 1.0 : f->advance * f->dt * speed / (5.0 * f->d);
@@ -326,7 +338,7 @@ static void solve_tridiagonal(int32_t n, const double *low, double *diagonal, co
 /* Cells up to the highest that grains are in, or lately were. */
 static int32_t layer_top(const ry_flow *f, const ry_column *c)
 {
-    const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE, c->nz);
+    const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE);
     int32_t top = c->nz;
     while (top > 2 && slope[top - 1] == 0.0 && c->phi[top - 1] < 1e-3) {
         top--;
@@ -357,8 +369,8 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
     const int32_t nz = layer_top(f, c);
     const double dz = c->dz, dt = f->dt * f->advance;
     const double per_cell = 1.0 / (f->length * f->d * dz);
-    const double *const force = sums_row(f, f->n_blocks, SUM_FORCE, c->nz);
-    const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE, c->nz);
+    const double *const force = sums_row(f, f->n_blocks, SUM_FORCE);
+    const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE);
     double *const length = f->work, *const low = length + c->nz, *const diagonal = low + c->nz;
     double *const high = diagonal + c->nz, *const rhs = high + c->nz;
     mixing_length(f, c, length);

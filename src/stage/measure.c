@@ -13,6 +13,17 @@
 /* Rows of a block's sums; STEP holds what the stress changes from one plane to the next above. */
 enum { ROW_PHI, ROW_MOVING, ROW_TRANSPORT, ROW_STEP, ROW_SLICE, ROW_FLUID_STEP, ROW_COUNT };
 
+/* A row has room for a last run of slices beyond the column. */
+static size_t row_length(const ry_measure *m)
+{
+    return (size_t)m->nz + RY_SLICES;
+}
+
+static double *row(const ry_measure *m, double *sums, int which)
+{
+    return sums + (size_t)which * row_length(m);
+}
+
 static double **rows_of(ry_measure *m, double **rows)
 {
     double *const all[] = {m->phi, m->moving, m->transport, m->tau_grain, m->u_fluid, m->tau_fluid};
@@ -35,7 +46,7 @@ ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length,
             return ry_no_memory(error, nz * sizeof(double));
         }
     }
-    m->sums = ry_array(((size_t)m->n_blocks + 1) * ROW_COUNT * nz, sizeof(double));
+    m->sums = ry_array(((size_t)m->n_blocks + 1) * ROW_COUNT * row_length(m), sizeof(double));
     return m->sums != NULL ? RY_OK : ry_no_memory(error, (size_t)m->n_blocks * ROW_COUNT * nz * 8);
 }
 
@@ -62,20 +73,24 @@ void ry_measure_clear(ry_measure *m)
 
 /* ---- one grain ------------------------------------------------------------------------------- */
 
-static void add_volumes(const ry_measure *m, double *sums, double z, double r, double vx, int moving)
+RY_INLINE void add_volumes(const ry_measure *m, double *sums, double z, double r, double vx, int moving)
 {
-    const double volume = 4.0 / 3.0 * M_PI * r * r * r;
+    const double volume = 4.0 / 3.0 * M_PI * r * r * r, mobile = moving ? volume : 0.0;
     const ry_span span = ry_slice_span(z, r, 1.0 / m->dz, m->nz);
-    double below = ry_slice_below((span.first * m->dz - z) / r);
-    for (int32_t k = span.first; k <= span.last; k++) {
-        const double above = ry_slice_below(((k + 1) * m->dz - z) / r);
-        const double part = volume * (above - below);
-        sums[ROW_PHI * m->nz + k] += part;
-        if (moving) {
-            sums[ROW_MOVING * m->nz + k] += part;
-            sums[ROW_TRANSPORT * m->nz + k] += part * vx;
+    double *const phi = row(m, sums, ROW_PHI), *const free = row(m, sums, ROW_MOVING);
+    double *const transport = row(m, sums, ROW_TRANSPORT);
+    for (int32_t first = span.first; first <= span.last; first += RY_SLICES) {
+        double parts[RY_SLICES];
+        ry_slice_parts((first * m->dz - z) / r, m->dz / r, parts);
+        for (int32_t k = 0; k < RY_SLICES; k++) {
+            phi[first + k] += volume * parts[k];
         }
-        below = above;
+        for (int32_t k = 0; k < RY_SLICES; k++) {
+            free[first + k] += mobile * parts[k];
+        }
+        for (int32_t k = 0; k < RY_SLICES; k++) {
+            transport[first + k] += mobile * vx * parts[k];
+        }
     }
 }
 
@@ -91,24 +106,24 @@ static void add_stress(const ry_measure *m, double *sums, double z, double r, do
         const double here = k > span.last ? 0.0 : 1.0 - ry_slice_below(t);
         if (k > 0) { /* between the planes k-1 and k */
             const int32_t plane = k - 1 < m->nz ? k - 1 : m->nz - 1;
-            sums[ROW_STEP * m->nz + plane] += contact * (above - here);
-            sums[ROW_FLUID_STEP * m->nz + plane] += fluid * (above - here);
+            row(m, sums, ROW_STEP)[plane] += contact * (above - here);
+            row(m, sums, ROW_FLUID_STEP)[plane] += fluid * (above - here);
         }
         if (k <= span.last && t > -1.0 && t < 1.0) {
-            sums[ROW_SLICE * m->nz + k] += flux * 0.75 / r * (1.0 - t * t);
+            row(m, sums, ROW_SLICE)[k] += flux * 0.75 / r * (1.0 - t * t);
         }
         above = here;
     }
 }
 
-static void sum_block(const ry_measure *m, const ry_state *state, const ry_motion *motion,
+RY_CLONES static void sum_block(const ry_measure *m, const ry_state *state, const ry_motion *motion,
                       const int32_t *place, int32_t block)
 {
     const ry_grains *const g = &state->grains;
-    double *const sums = m->sums + (size_t)block * ROW_COUNT * (size_t)m->nz;
+    double *const sums = m->sums + (size_t)block * ROW_COUNT * row_length(m);
     const int32_t first = block * RY_SUM_BLOCK;
     const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
-    memset(sums, 0, ROW_COUNT * (size_t)m->nz * sizeof *sums);
+    memset(sums, 0, ROW_COUNT * row_length(m) * sizeof *sums);
     for (int32_t id = first; id < end; id++) {
         const int32_t k = place[id];
         const double im = motion->im[k];
@@ -122,12 +137,12 @@ static void sum_block(const ry_measure *m, const ry_state *state, const ry_motio
 
 /* ---- all grains ------------------------------------------------------------------------------ */
 
-static const double *sum_grains(const ry_measure *m, const ry_state *state, const ry_motion *motion,
+static double *sum_grains(const ry_measure *m, const ry_state *state, const ry_motion *motion,
                                 const int32_t *place)
 {
     const int threads = m->threads;
     const int32_t n_blocks = m->n_blocks;
-    const size_t width = ROW_COUNT * (size_t)m->nz;
+    const size_t width = ROW_COUNT * row_length(m);
 #pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
     for (int32_t block = 0; block < n_blocks; block++) {
         sum_block(m, state, motion, place, block);
@@ -145,16 +160,16 @@ static const double *sum_grains(const ry_measure *m, const ry_state *state, cons
 void ry_measure_add(ry_measure *m, const ry_state *state, const ry_motion *motion, const int32_t *place,
                     const double *tau_fluid, double tau_bed)
 {
-    const double *const total = sum_grains(m, state, motion, place);
+    double *const total = sum_grains(m, state, motion, place);
     const double per_area = 1.0 / (m->length * m->d), per_cell = per_area / m->dz;
     double contact = 0.0, fluid = 0.0;
     for (int32_t k = m->nz - 1; k >= 0; k--) {
-        contact += total[ROW_STEP * m->nz + k];
-        fluid += total[ROW_FLUID_STEP * m->nz + k];
-        m->phi[k] += total[ROW_PHI * m->nz + k] * per_cell;
-        m->moving[k] += total[ROW_MOVING * m->nz + k] * per_cell;
-        m->transport[k] += total[ROW_TRANSPORT * m->nz + k] * per_cell;
-        m->tau_grain[k] -= (contact + total[ROW_SLICE * m->nz + k]) * per_area;
+        contact += row(m, total, ROW_STEP)[k];
+        fluid += row(m, total, ROW_FLUID_STEP)[k];
+        m->phi[k] += row(m, total, ROW_PHI)[k] * per_cell;
+        m->moving[k] += row(m, total, ROW_MOVING)[k] * per_cell;
+        m->transport[k] += row(m, total, ROW_TRANSPORT)[k] * per_cell;
+        m->tau_grain[k] -= (contact + row(m, total, ROW_SLICE)[k]) * per_area;
         m->tau_fluid[k] += tau_fluid != NULL ? tau_fluid[k] : tau_bed - fluid * per_area;
         m->u_fluid[k] += state->column.u[k];
     }

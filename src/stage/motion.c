@@ -23,15 +23,15 @@ ry_status ry_motion_create(ry_motion *m, int32_t n, int moves, int ledger, ry_er
     }
     RY_TRY(make(&m->sx, n, moves, error));
     RY_TRY(make(&m->sz, n, moves, error));
-    RY_TRY(make(&m->kick_x, n, ledger, error));
-    RY_TRY(make(&m->kick_z, n, ledger, error));
-    return make(&m->kick_spin, n, ledger, error);
+    RY_TRY(make(&m->mean_x, n, ledger, error));
+    RY_TRY(make(&m->mean_z, n, ledger, error));
+    return make(&m->mean_turn, n, ledger, error);
 }
 
 void ry_motion_free(ry_motion *m)
 {
     double *const arrays[] = {m->im, m->tm, m->spin_gain, m->gx, m->gz, m->weight,
-                              m->cx, m->cz, m->ct, m->sx, m->sz, m->kick_x, m->kick_z, m->kick_spin};
+                              m->cx, m->cz, m->ct, m->sx, m->sz, m->mean_x, m->mean_z, m->mean_turn};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }

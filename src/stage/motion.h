@@ -23,7 +23,7 @@ typedef struct ry_motion {
     double *weight;    /* the part of gz that is gravity less buoyancy [m/s] */
     double *cx, *cz, *ct; /* impulses of all contacts of a grain; ct: angular, per radius [N s] */
     double *sx, *sz;   /* shift/im of all contacts; NULL unless the law moves [kg m] */
-    double *kick_x, *kick_z, *kick_spin; /* change of velocity [m/s] and spin [rad/s] in a step; NULL without ledger */
+    double *mean_x, *mean_z, *mean_turn; /* velocity and spin x radius, mean of a step; NULL without ledger [m/s] */
 } ry_motion;
 
 ry_status ry_motion_create(ry_motion *motion, int32_t n, int moves, int ledger, ry_error *error);

@@ -17,6 +17,20 @@ RY_INLINE double ry_slice_below(double t)
     return 0.25 * (2.0 + c * (3.0 - c * c));
 }
 
+/* Parts of a sphere in the RY_SLICES cells from `first` on; cells beyond the sphere get 0. `t`: the
+ * foot of the first cell in radii above the centre, `step`: the height of a cell in radii. */
+enum { RY_SLICES = 8 };
+RY_INLINE void ry_slice_parts(double t, double step, double *parts)
+{
+    double below[RY_SLICES + 1];
+    for (int32_t k = 0; k <= RY_SLICES; k++) {
+        below[k] = ry_slice_below(t + k * step);
+    }
+    for (int32_t k = 0; k < RY_SLICES; k++) {
+        parts[k] = below[k + 1] - below[k];
+    }
+}
+
 /* Cells first .. last of a column of nz cells that a sphere reaches; first > last: none. */
 typedef struct ry_span {
     int32_t first, last;

@@ -31,7 +31,7 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int mo
         RY_TRY(make(&pairs->sz, 1, sizeof *pairs->sz, error));
     }
     if (ledger) {
-        RY_TRY(make(&pairs->jn, 1, sizeof *pairs->jn, error));
+        RY_TRY(make(&pairs->t_nx, 1, sizeof(double), error)); /* likewise */
     }
     return ry_pairs_reserve(pairs, 1, error);
 }
@@ -56,12 +56,11 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
         RY_TRY(make(&pairs->sx, room, sizeof *pairs->sx, error));
         RY_TRY(make(&pairs->sz, room, sizeof *pairs->sz, error));
     }
-    if (pairs->jn != NULL) {
-        RY_TRY(make(&pairs->jn, room, sizeof *pairs->jn, error));
-        RY_TRY(make(&pairs->jt, room, sizeof *pairs->jt, error));
-        RY_TRY(make(&pairs->et, room, sizeof *pairs->et, error));
-        RY_TRY(make(&pairs->kt, room, sizeof *pairs->kt, error));
+#define RY_TOUCH_MAKE(name, unit, text) RY_TRY(make(&pairs->t_##name, room, sizeof(double), error));
+    if (pairs->t_nx != NULL) {
+        RY_TOUCH_FIELDS(RY_TOUCH_MAKE)
     }
+#undef RY_TOUCH_MAKE
     const size_t chunks = room / RY_CHUNK + 2;
     RY_TRY(make(&pairs->touching, room, sizeof *pairs->touching, error));
     RY_TRY(make(&pairs->n_touching, chunks + 1, sizeof *pairs->n_touching, error));
@@ -74,13 +73,16 @@ void ry_pairs_free(ry_pairs *pairs)
 {
     void *const arrays[] = {pairs->crowd, pairs->place, pairs->i,   pairs->j,     pairs->slip,        pairs->rest,
                             pairs->age,   pairs->px,  pairs->pz,    pairs->pt,          pairs->sx,
-                            pairs->sz,    pairs->jn, pairs->jt, pairs->et, pairs->kt, pairs->touching, pairs->n_touching, pairs->row, pairs->below, pairs->below_start, pairs->chunk};
+                            pairs->sz,    pairs->touching, pairs->n_touching, pairs->row, pairs->below, pairs->below_start, pairs->chunk};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }
     for (int w = 0; w < RY_MAX_WALLS; w++) {
         free(pairs->wall_slot[w]);
     }
+#define RY_TOUCH_FREE(name, unit, text) free(pairs->t_##name);
+    RY_TOUCH_FIELDS(RY_TOUCH_FREE)
+#undef RY_TOUCH_FREE
     *pairs = (ry_pairs){0};
 }
 

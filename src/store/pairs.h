@@ -28,10 +28,6 @@ typedef struct ry_pairs {
     uint8_t *age;     /* steps in touch so far, up to 255; 0: did not touch in the last step */
     double *px, *pz;  /* impulse of the last step on the owner; the partner gets the opposite [N s] */
     double *pt;       /* angular impulse per radius, the same sign on both [N s] */
-    double *jn;       /* ledger: impulse of the normal dashpot along the approach [N s] */
-    double *jt;       /* ledger: tangential impulse of the dashpot, or of friction where it slides [N s] */
-    double *et;       /* ledger: energy of the tangential spring before the step where it slides, else -1 [J] */
-    double *kt;       /* ledger: tangential stiffness [N/m]; these four are NULL without ledger */
     double *sx, *sz;  /* shift x reduced mass, on the owner; NULL unless the law moves [kg m] */
 
     int32_t *crowd;       /* n_grains + RY_MAX_WALLS: contacts of a grain in the last step; what can't move: many */
@@ -42,6 +38,20 @@ typedef struct ry_pairs {
 
     int32_t *touching;    /* n: of each chunk, from its start, the pairs that touch; the walls' last */
     int32_t *n_touching;  /* n_chunks + 1: how many; the last for the walls */
+    /* What the ledger needs of the pairs in `touching`, side by side; NULL without ledger. */
+#define RY_TOUCH_FIELDS(RY_TOUCH_FIELD)                                                              \
+    RY_TOUCH_FIELD(nx, "1", "normal from the owner to its partner")                                  \
+    RY_TOUCH_FIELD(nz, "1", "")                                                                      \
+    RY_TOUCH_FIELD(lever, "1", "distance over the sum of the radii")                                 \
+    RY_TOUCH_FIELD(run, "m", "tangential velocity x dt before the step")                             \
+    RY_TOUCH_FIELD(spring, "m", "stretch of the tangential spring after the step, before the drift") \
+    RY_TOUCH_FIELD(jn, "N s", "impulse of the normal dashpot along the approach")                    \
+    RY_TOUCH_FIELD(jt, "N s", "tangential impulse: of the dashpot, or all of it where it slides")    \
+    RY_TOUCH_FIELD(et, "J", "energy of the tangential spring before the step; -1: does not slide")   \
+    RY_TOUCH_FIELD(kt, "N/m", "tangential stiffness")
+#define RY_TOUCH_POINTER(name, unit, text) double *t_##name;
+    RY_TOUCH_FIELDS(RY_TOUCH_POINTER)
+#undef RY_TOUCH_POINTER
     int32_t n_chunks;     /* row-aligned ranges of pairs, the unit of work of a thread */
     int32_t *chunk;       /* n_chunks + 1 */
 } ry_pairs;

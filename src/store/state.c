@@ -124,10 +124,13 @@ static uint64_t hash_grain(const ry_state *state, int32_t k)
 #define ADD(type, name, unit, text) hash = add_##type(hash, grains->name[k]);
     RY_GRAIN_FIELDS(ADD);
 #undef ADD
-#define ADD(name, text)                                 \
-    if (state->ledger.name != NULL) {                   \
-        hash = add_double(hash, state->ledger.name[k]); \
-    }
+    return hash;
+}
+
+static uint64_t hash_books(const ry_ledger *ledger, int32_t id, int32_t k)
+{
+    uint64_t hash = add_int32_t(4, id);
+#define ADD(name, text) hash = add_double(hash, ledger->name[k]);
     RY_LEDGER_TOTALS(ADD);
 #undef ADD
     return hash;
@@ -168,5 +171,14 @@ uint64_t ry_state_hash(const ry_state *state)
     hash = add_int32_t(hash, state->grains.n);
     hash = add_word(hash, (uint64_t)state->contacts.n);
     hash = add_double(add_int32_t(hash, state->column.nz), state->column.dz);
-    return add_double(add_double(hash, state->column.bed_level), state->ledger.energy_start);
+    return add_double(hash, state->column.bed_level);
+}
+
+uint64_t ry_state_checksum(const ry_state *state)
+{
+    uint64_t sum = add_double(ry_state_hash(state), state->ledger.energy_start);
+    for (int32_t k = 0; k < state->grains.n && state->ledger.loss_impact != NULL; ++k) {
+        sum += hash_books(&state->ledger, state->grains.id[k], k);
+    }
+    return sum;
 }
