@@ -255,7 +255,7 @@ static void look_at_walls(const ry_contact *c, const ry_grains *g, const int32_t
 }
 
 /* Puts the pairs that touch side by side; closes the books of those that have parted. */
-static void collect(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t n,
+RY_CLONES static void collect(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t n,
                     const ry_look *look, ry_near *near)
 {
     int32_t hit[RY_CONTACT_BLOCK], parted[RY_CONTACT_BLOCK];
@@ -270,19 +270,29 @@ static void collect(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, in
     for (int32_t k = 0; k < partings; k++) {
         open_contact(c, g, pairs, first + parted[k]);
     }
+    const int32_t *const owner = pairs->i + first, *const partner = pairs->j + first;
+    const int32_t *const crowd = pairs->crowd;
+    const double *const slip = pairs->slip + first, *const rest = pairs->rest + first;
+    const uint8_t *const age = pairs->age + first;
+#pragma omp simd
     for (int32_t m = 0; m < hits; m++) {
-        const int32_t k = hit[m], p = first + k, i = pairs->i[p], j = pairs->j[p];
-        const int32_t crowd_i = pairs->crowd[i], crowd_j = pairs->crowd[j];
-        near->pair[m] = p;
+        const int32_t k = hit[m], i = owner[k], j = partner[k];
+        near->pair[m] = first + k;
         near->i[m] = i;
         near->j[m] = j;
+        near->crowd[m] = crowd[i] < crowd[j] ? crowd[i] : crowd[j];
+    }
+#pragma omp simd
+    for (int32_t m = 0; m < hits; m++) {
+        const int32_t k = hit[m];
         near->dx[m] = look->dx[k];
         near->dz[m] = look->dz[k];
         near->distance[m] = look->distance[k];
-        near->slip[m] = pairs->slip[p];
-        near->rest[m] = pairs->rest[p];
-        near->age[m] = pairs->age[p];
-        near->crowd[m] = crowd_i < crowd_j ? crowd_i : crowd_j;
+        near->slip[m] = slip[k];
+        near->rest[m] = rest[k];
+    }
+    for (int32_t m = 0; m < hits; m++) {
+        near->age[m] = age[hit[m]];
     }
     near->n = hits;
 }
@@ -291,23 +301,28 @@ static void collect(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, in
 
 static void store(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
 {
-    for (int32_t k = 0; k < near->n; k++) {
+    double *restrict const px = pairs->px, *restrict const pz = pairs->pz, *restrict const pt = pairs->pt;
+    double *restrict const rest = pairs->rest, *restrict const slip = pairs->slip;
+    double *restrict const sx = pairs->sx, *restrict const sz = pairs->sz;
+    uint8_t *restrict const age = pairs->age;
+    const int32_t n = near->n;
+    for (int32_t k = 0; k < n; k++) {
         const int32_t p = near->pair[k];
-        pairs->px[p] = near->px[k];
-        pairs->pz[p] = near->pz[k];
-        pairs->rest[p] = near->rest[k];
-        pairs->age[p] = (uint8_t)near->age[k];
+        px[p] = near->px[k];
+        pz[p] = near->pz[k];
+        rest[p] = near->rest[k];
+        age[p] = (uint8_t)near->age[k];
     }
     if (c->features & RY_CONTACT_FRICTION) {
-        for (int32_t k = 0; k < near->n; k++) {
-            pairs->pt[near->pair[k]] = near->pt[k];
-            pairs->slip[near->pair[k]] = near->slip[k];
+        for (int32_t k = 0; k < n; k++) {
+            pt[near->pair[k]] = near->pt[k];
+            slip[near->pair[k]] = near->slip[k];
         }
     }
     if (c->moves) {
-        for (int32_t k = 0; k < near->n; k++) {
-            pairs->sx[near->pair[k]] = near->sx[k];
-            pairs->sz[near->pair[k]] = near->sz[k];
+        for (int32_t k = 0; k < n; k++) {
+            sx[near->pair[k]] = near->sx[k];
+            sz[near->pair[k]] = near->sz[k];
         }
     }
 }

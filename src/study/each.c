@@ -44,6 +44,7 @@ ry_status ry_each(int n, int threads, ry_each_fn *fn, void *data, ry_error *erro
 {
     first_failure first = {.index = INT_MAX, .status = RY_OK};
     const int team = threads > 0 ? threads : cores();
+    (void)team; /* without OpenMP there is one thread */
 #pragma omp parallel for num_threads(team) schedule(dynamic, 1) if (team > 1)
     for (int k = 0; k < n; k++) {
         ry_error own = {0};
