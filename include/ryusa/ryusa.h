@@ -29,7 +29,8 @@ typedef struct ry_sim ry_sim;
 RY_API ry_sim *ry_sim_create(const ry_config *config, int threads, ry_error *error);
 RY_API void ry_sim_free(ry_sim *sim);
 
-/* Takes n steps. RY_UNPHYSICAL: what, where and when; the state is that of the last good check. */
+/* Takes n steps. RY_UNPHYSICAL: what, where and when; the state is then that of the last good check, at
+ * most 256 steps earlier (with more than 200 000 grains it stays as it is, to save memory). */
 RY_API ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error);
 
 /* Read-only views; pointers stay valid until the next call that steps or frees. Arrays of grains are

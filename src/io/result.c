@@ -19,7 +19,7 @@
 #define GRAINS "particles/grains"
 
 /* More than this in memory is written without being asked. */
-enum { FLUSH_BYTES = 64 << 20 };
+enum { FLUSH_BYTES = 8 << 20 };
 
 /* --- making and freeing --- */
 

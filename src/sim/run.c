@@ -301,7 +301,7 @@ static ry_status leave(ry_runner *r, ry_status status)
     if (r->file != NULL) {
         if (status == RY_STOPPED || status == RY_UNPHYSICAL) {
             ry_error later = {0};
-            if (flush(r, 1, &later) != RY_OK) {
+            if (flush(r, status == RY_STOPPED || r->sim->keeps_good, &later) != RY_OK) {
                 status = later.status;
             }
         }

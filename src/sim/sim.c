@@ -3,6 +3,7 @@
 #include "sim/sim.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -12,6 +13,8 @@
 
 /* Steps between checks that the state is still physical, and between steps whose stages are timed. */
 enum { CHECK_EVERY = 256, TIME_EVERY = 13 };
+/* Larger simulations keep no second state in memory: after a failure their last checkpoint is left. */
+enum { MOST_TO_KEEP = 200000 };
 
 /* ---- copies of a state ----------------------------------------------------------------------- */
 
@@ -124,13 +127,16 @@ static ry_status set_up(ry_sim *sim, int threads, ry_error *error)
     const int is_new = state->step == 0;
     RY_TRY(order_grains(&sim->state, &sim->config, ry_config_derive(&sim->config).d, error));
     RY_TRY(ry_plan_create(&sim->plan, &sim->config, &sim->state, threads, error));
-    RY_TRY(ry_state_create(&sim->good, state->grains.n, state->column.nz,
-                           state->ledger.loss_impact != NULL, error));
+    sim->keeps_good = state->grains.n <= MOST_TO_KEEP;
+    if (sim->keeps_good) {
+        RY_TRY(ry_state_create(&sim->good, state->grains.n, state->column.nz,
+                               state->ledger.loss_impact != NULL, error));
+    }
     if (is_new) {
         const ry_sample first = ry_sim_sample(sim);
         sim->state.ledger.energy_start = total_energy(&first);
     }
-    return copy_state(&sim->good, state, error);
+    return sim->keeps_good ? copy_state(&sim->good, state, error) : RY_OK;
 }
 
 ry_sim *ry_sim_adopt(const ry_config *config, ry_state *state, int threads, ry_error *error)
@@ -176,11 +182,15 @@ void ry_sim_free(ry_sim *sim)
 static ry_status report(const ry_sim *sim, const char *what, int32_t k, ry_error *error)
 {
     const ry_grains *const g = &sim->state.grains;
+    char kept[64] = "the last checkpoint is kept";
+    if (sim->keeps_good) {
+        snprintf(kept, sizeof kept, "the state of step %lld is kept", (long long)sim->good.step);
+    }
     return ry_fail(error, RY_UNPHYSICAL,
-                   "step %lld (t = %g s): %s: grain %d at x = %g m, z = %g m, v = (%g, %g) m/s; the state of "
-                   "step %lld is kept. A smaller time.step or a stiffer contact may help",
+                   "step %lld (t = %g s): %s: grain %d at x = %g m, z = %g m, v = (%g, %g) m/s; %s. A smaller "
+                   "time.step or a stiffer contact may help",
                    (long long)sim->state.step, sim->state.time, what, (int)g->id[k], g->x[k], g->z[k],
-                   g->vx[k], g->vz[k], (long long)sim->good.step);
+                   g->vx[k], g->vz[k], kept);
 }
 
 /* Non-finite numbers, a grain that jumps over its own diameter in a step, centres within each other. */
@@ -198,6 +208,9 @@ static ry_status check(ry_sim *sim, ry_error *error)
     if (contacts.worst_overlap > 1.0) {
         return report(sim, "grains overlap by more than the smaller radius", contacts.worst_i, error);
     }
+    if (!sim->keeps_good) {
+        return RY_OK;
+    }
     RY_TRY(ry_sim_collect(sim, error));
     return copy_state(&sim->good, &sim->state, error);
 }
@@ -210,7 +223,7 @@ ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
         sim->timed += timed;
         if (sim->state.step % CHECK_EVERY == 0) {
             const ry_status status = check(sim, error);
-            if (status == RY_UNPHYSICAL) {
+            if (status == RY_UNPHYSICAL && sim->keeps_good) {
                 copy_state(&sim->state, &sim->good, NULL);
             }
             RY_TRY(status);

@@ -11,7 +11,8 @@
 struct ry_sim {
     ry_config config; /* borrowed strings: the caller's config outlives the simulation */
     ry_state state;
-    ry_state good;    /* the state at the last check */
+    ry_state good;    /* the state at the last check; empty where it would cost too much memory */
+    int keeps_good;
     ry_plan plan;
     int64_t timed;    /* steps whose stages were timed */
 };

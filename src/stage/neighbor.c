@@ -225,6 +225,12 @@ static ry_status find_all(ry_neighbor *b, const ry_grains *g, ry_error *error)
 #pragma omp parallel for num_threads(threads) schedule(static, 1) if (threads > 1)
     for (int t = 0; t < threads; t++) {
         b->found[t].n = 0;
+        const size_t usual = (size_t)(g->n / threads) * 4; /* so that the array rarely grows */
+        if (ry_array_grow(&b->found[t].j, &b->found[t].room, 0, usual + 1, sizeof(int32_t), NULL) != RY_OK) {
+#pragma omp atomic write
+            status = RY_BAD_FILE;
+            continue;
+        }
         const int32_t end = range_begin(g->n, t + 1, threads);
         for (int32_t k = range_begin(g->n, t, threads); k < end; k++) {
             if (find_of_grain(b, g, k, &b->found[t], NULL) != RY_OK) {

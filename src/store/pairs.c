@@ -41,7 +41,7 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
     if (n <= pairs->capacity) {
         return RY_OK;
     }
-    const size_t room = n + n / 8 + 64;
+    const size_t room = n + n / 32 + 256;
     pairs->capacity = 0;
     RY_TRY(make(&pairs->i, room, sizeof *pairs->i, error));
     RY_TRY(make(&pairs->j, room, sizeof *pairs->j, error));

@@ -174,7 +174,7 @@ ry_status ry_ball_follow(const ry_ball *ball, int most, ry_bounces *out, ry_erro
     end_ride(&r);
     /* A law that throws the ball out faster than the simulator takes it is a result, no failure. */
     if (status == RY_UNPHYSICAL || (status == RY_BAD_INPUT && has_begun)) {
-        snprintf(out->ended, sizeof out->ended, "bounce %d: %.380s", out->n + 1, own.text);
+        snprintf(out->ended, sizeof out->ended, "bounce %d: %.370s", out->n + 1, own.text);
         return RY_OK;
     }
     return status == RY_OK ? RY_OK : ry_fail(error, status, "%s", own.text);
