@@ -115,8 +115,13 @@ int ry_cli_verify(int argc, char **argv)
     if (status != RY_OK) {
         return status;
     }
-    const ry_verify_options wish = {.cases = a.cases, .output = a.output, .force = a.force, .quick = a.quick,
-                                    .threads = a.threads, .write = print, .data = &a};
+    const ry_verify_options wish = {.cases = a.cases,
+                                    .output = a.output,
+                                    .force = a.force,
+                                    .quick = a.quick,
+                                    .threads = a.threads,
+                                    .write = print,
+                                    .data = &a};
     ry_verify_summary summary = {0};
     ry_error error = {0};
     if (ry_verify(&wish, &summary, &error) != RY_OK) {
@@ -124,8 +129,8 @@ int ry_cli_verify(int argc, char **argv)
     }
     if (!a.quiet) {
         printf("%d claims: %d ok, %d differ for a known reason, %d failed; %.3g s; numbers in %s\n",
-               summary.ok + summary.differs + summary.failed, summary.ok, summary.differs, summary.failed,
-               summary.seconds, a.output);
+               summary.ok + summary.differs + summary.failed, summary.ok, summary.differs,
+               summary.failed, summary.seconds, a.output);
     }
     if (summary.failed > 0) {
         ry_fail(&error, RY_UNPHYSICAL, "verify: %d claims failed%s", summary.failed,

@@ -86,8 +86,8 @@ static void note(ry_table_file *file, int failure)
     file->failed = file->failed || failure != 0;
 }
 
-void ry_table_file_numbers(ry_table_file *file, const char *path, const char *unit, const char *text,
-                           int64_t n, const double *values)
+void ry_table_file_numbers(ry_table_file *file, const char *path, const char *unit,
+                           const char *text, int64_t n, const double *values)
 {
     const ry_h5_shape shape = {H5T_NATIVE_DOUBLE, 1, {(hsize_t)n}};
     note(file, ry_h5_write(file->h5.id, path, &shape, values));

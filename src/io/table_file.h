@@ -20,13 +20,14 @@ ry_status ry_table_file_create(ry_table_file **file, const char *path, const cha
 
 /* Arrays; `path` is GROUP/.../NAME below the root, groups are made as they are named. unit as in a
  * scene file, "1" for a number; text: what it is. */
-void ry_table_file_numbers(ry_table_file *file, const char *path, const char *unit, const char *text,
-                           int64_t n, const double *values);
+void ry_table_file_numbers(ry_table_file *file, const char *path, const char *unit,
+                           const char *text, int64_t n, const double *values);
 void ry_table_file_texts(ry_table_file *file, const char *path, const char *text, int64_t n,
                          const char *const *values);
 
 /* Attributes of the array or group `path` ("/": the file); a group is made if it isn't there. */
-void ry_table_file_set_number(ry_table_file *file, const char *path, const char *name, double value);
+void ry_table_file_set_number(ry_table_file *file, const char *path, const char *name,
+                              double value);
 void ry_table_file_set_text(ry_table_file *file, const char *path, const char *name,
                             const char *value);
 

@@ -111,8 +111,10 @@ static const char *judge(ry_verify_run *run, const ry_claim *claim)
 /* What the value is held against: a number, or where it must lie. */
 static void print_reference(char *text, size_t size, const ry_claim *claim)
 {
-    if (!isnan(claim->reference)) {
-        snprintf(text, size, "%.7g", claim->reference);
+    if (claim->reference == 0.0 && claim->tolerance > 0.0) {
+        snprintf(text, size, "< %.4g", claim->tolerance);
+    } else if (!isnan(claim->reference)) {
+        snprintf(text, size, "%.*g", fabs(claim->reference) < 1e4 ? 7 : 4, claim->reference);
     } else if (isfinite(claim->low) && isfinite(claim->high)) {
         snprintf(text, size, "%.4g..%.4g", claim->low, claim->high);
     } else if (isfinite(claim->low)) {
@@ -132,7 +134,8 @@ void ry_verify_claim(ry_verify_run *run, ry_claim claim, const char *format, ...
     const char *const verdict = judge(run, &claim);
     const int is_ok = strcmp(verdict, "ok") == 0;
     print_reference(reference, sizeof reference, &claim);
-    ry_verify_say(run, "  %-8s %-62s %11.7g %14s\n", verdict, what, claim.value, reference);
+    const int digits = fabs(claim.reference) > 0.0 && fabs(claim.reference) < 1e4 ? 7 : 4;
+    ry_verify_say(run, "  %-8s %-64s %10.*g %13s\n", verdict, what, digits, claim.value, reference);
     if (!is_ok && claim.why != NULL) {
         say_wrapped(run, 11, claim.why);
     }

@@ -9,12 +9,12 @@
 #include "ryusa/ryusa.h"
 
 /* RY_CASE(name in C, "name on the command line", "what it reproduces") */
-#define RY_LIST_verify_case(RY_CASE)                                                          \
-    RY_CASE(slow_bounce, "slow-bounce", "section 5.2, Fig. 4: energy kept by slow bounces")   \
-    RY_CASE(fast_bounce, "fast-bounce", "section 5.3, Fig. 5: energy kept by fast bounces")   \
-    RY_CASE(phase_space, "phase-space", "section 5.3, Figs. 6 and 7: tracks in phase space")  \
-    RY_CASE(cost, "cost", "section 5.4, Table 1: cost of a contact evaluation")               \
-    RY_CASE(steps, "steps", "section 5.5, Table 2: steps of a contact against dt")            \
+#define RY_LIST_verify_case(RY_CASE)                                                         \
+    RY_CASE(slow_bounce, "slow-bounce", "section 5.2, Fig. 4: energy kept by slow bounces")  \
+    RY_CASE(fast_bounce, "fast-bounce", "section 5.3, Fig. 5: energy kept by fast bounces")  \
+    RY_CASE(phase_space, "phase-space", "section 5.3, Figs. 6 and 7: tracks in phase space") \
+    RY_CASE(cost, "cost", "section 5.4, Table 1: cost of a contact evaluation")              \
+    RY_CASE(steps, "steps", "section 5.5, Table 2: steps of a contact against dt")           \
     RY_CASE(three_spheres, "three-spheres", "section 5.6, Figs. 10 and 11: d' and T0 against dt")
 
 #define RY_CASE_ENUM(name, word, text) RY_VERIFY_##name,

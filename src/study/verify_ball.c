@@ -119,7 +119,8 @@ static void record(ry_bounces *out, const ride *r, double d)
 }
 
 /* Steps until the next contact is over: RY_OK with *over = 1; 0: it never ends. */
-static ry_status next_bounce(ride *r, ry_bounces *out, ry_bounce *bounce, int *over, ry_error *error)
+static ry_status next_bounce(ride *r, ry_bounces *out, ry_bounce *bounce, int *over,
+                             ry_error *error)
 {
     *bounce = (ry_bounce){0};
     *over = 0;
@@ -165,8 +166,7 @@ ry_status ry_ball_follow(const ry_ball *ball, int most, ry_bounces *out, ry_erro
     out->ended[0] = '\0';
     ride r = {.ball = *ball};
     ry_error own = {0};
-    ry_status status =
-        begin_ride(&r, radius + ball->height * RY_PAPER_DIAMETER, -ball->down, &own);
+    ry_status status = begin_ride(&r, radius + ball->height * RY_PAPER_DIAMETER, -ball->down, &own);
     const int has_begun = status == RY_OK;
     if (has_begun) {
         status = follow(&r, most < RY_BALL_BOUNCES ? most : RY_BALL_BOUNCES, out, &own);

@@ -24,26 +24,26 @@ typedef void evaluate_fn(touches *t);
 /* Empty, but the compiler can't know: memory may have changed. */
 #define FENCE(pointer) __asm__ volatile("" : : "r"(pointer) : "memory")
 
-#define EVALUATE(name)                                                             \
+#define EVALUATE(name)                                                                   \
     const ry_touch touch = {.d = t->d[k], .w = t->w[k], .age = t->age[k], .crowd = 1.0}; \
-    const ry_push push = ry_law_##name(t->bond, touch);                            \
-    t->f[k] = push.f;                                                              \
+    const ry_push push = ry_law_##name(t->bond, touch);                                  \
+    t->f[k] = push.f;                                                                    \
     t->shift[k] = push.shift
 
-#define RY_LAW(name, law, moves, letter, source)          \
-    RY_CLONES static void together_##name(touches *t)     \
-    {                                                     \
+#define RY_LAW(name, law, moves, letter, source)                \
+    RY_CLONES static void together_##name(touches *t)           \
+    {                                                           \
         _Pragma("GCC ivdep") for (int k = 0; k < CONTACTS; k++) \
-        {                                                 \
-            EVALUATE(name);                               \
-        }                                                 \
-    }                                                     \
-    static void alone_##name(touches *t)                  \
-    {                                                     \
-        for (int k = 0; k < CONTACTS; k++) {              \
-            EVALUATE(name);                               \
-            FENCE(t);                                     \
-        }                                                 \
+        {                                                       \
+            EVALUATE(name);                                     \
+        }                                                       \
+    }                                                           \
+    static void alone_##name(touches *t)                        \
+    {                                                           \
+        for (int k = 0; k < CONTACTS; k++) {                    \
+            EVALUATE(name);                                     \
+            FENCE(t);                                           \
+        }                                                       \
     }
 #include "law/laws.def"
 #undef RY_LAW
@@ -57,7 +57,8 @@ static evaluate_fn *const evaluate[][2] = {
 /* States of all modes: s from -2 to 2. */
 static void fill(touches *t)
 {
-    t->bond = (ry_bond){.a = 0.104, .c = 0.0728, .e = 0.7, .stretch = 0.1, .drag = 0.1, .mass_ratio = 1.0};
+    t->bond = (ry_bond){
+        .a = 0.104, .c = 0.0728, .e = 0.7, .stretch = 0.1, .drag = 0.1, .mass_ratio = 1.0};
     for (int k = 0; k < CONTACTS; k++) {
         const double s = 4.0 * ((k * 37) % CONTACTS) / CONTACTS - 2.0;
         t->d[k] = 1e-3 * (1.0 + k % 7);

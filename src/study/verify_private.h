@@ -29,9 +29,9 @@
  * and without; of P both: as printed, and corrected. */
 typedef struct ry_variant {
     ry_law law;
-    ry_mapping mapping;   /* e -> dashpot; exact for the C that does not pull */
-    const char *letter;   /* of the paper */
-    const char *name;     /* as in a scene file */
+    ry_mapping mapping; /* e -> dashpot; exact for the C that does not pull */
+    const char *letter; /* of the paper */
+    const char *name;   /* as in a scene file */
 } ry_variant;
 enum { RY_V_C_TENSION, RY_V_C, RY_V_T, RY_V_F, RY_V_P_PRINTED, RY_V_P, RY_V_ENERGY, RY_VARIANTS };
 extern const ry_variant ry_variants[RY_VARIANTS];
@@ -66,7 +66,8 @@ typedef struct ry_verify_path {
 ry_verify_path ry_verify_at(const ry_verify_run *run, const char *law, const char *name);
 
 /* The cases. */
-#define RY_CASE_FUNCTION(name, word, text) ry_status ry_verify_##name(ry_verify_run *run, ry_error *error);
+#define RY_CASE_FUNCTION(name, word, text) \
+    ry_status ry_verify_##name(ry_verify_run *run, ry_error *error);
 RY_LIST_verify_case(RY_CASE_FUNCTION)
 #undef RY_CASE_FUNCTION
 

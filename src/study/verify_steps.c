@@ -14,8 +14,12 @@ enum { STEPS = 3, PHASES = 64, GRID = 41 };
 static const double dt_of[STEPS] = {1e-3, 1e-4, 1e-5};
 
 static const int printed[RY_VARIANTS][STEPS] = {
-    [RY_V_C_TENSION] = {9, 10, 10}, [RY_V_C] = {9, 10, 10},        [RY_V_T] = {14, 23, 37},
-    [RY_V_F] = {2, 1, 1},           [RY_V_P_PRINTED] = {3, 3, 3},  [RY_V_P] = {3, 3, 3},
+    [RY_V_C_TENSION] = {9, 10, 10},
+    [RY_V_C] = {9, 10, 10},
+    [RY_V_T] = {14, 23, 37},
+    [RY_V_F] = {2, 1, 1},
+    [RY_V_P_PRINTED] = {3, 3, 3},
+    [RY_V_P] = {3, 3, 3},
     [RY_V_ENERGY] = {0},
 };
 
@@ -41,16 +45,17 @@ static int count_steps(ry_ball ball, ry_error *error)
 }
 
 typedef struct table2 {
-    int paper[RY_VARIANTS][STEPS]; /* entered at the paper's phase */
-    int exact[RY_VARIANTS][STEPS]; /* dropped from rest */
+    int paper[RY_VARIANTS][STEPS];             /* entered at the paper's phase */
+    int exact[RY_VARIANTS][STEPS];             /* dropped from rest */
     int least[RY_VARIANTS], most[RY_VARIANTS]; /* over all phases of entry, dt = 1e-3 s */
-    int holds_c[GRID], holds_t[GRID]; /* all of Table 2 comes out, with these constants */
+    int holds_c[GRID], holds_t[GRID];          /* all of Table 2 comes out, with these constants */
 } table2;
 
 /* Heights whose last step of fall differs by up to a whole step. */
 static ry_status scan_phases(table2 *t, int k, ry_error *error)
 {
-    const double step = sqrt(2.0 * RY_PAPER_GRAVITY * RY_PAPER_HEIGHT / RY_PAPER_DIAMETER) * dt_of[0];
+    const double step =
+        sqrt(2.0 * RY_PAPER_GRAVITY * RY_PAPER_HEIGHT / RY_PAPER_DIAMETER) * dt_of[0];
     t->least[k] = 1000000;
     for (int p = 0; p < PHASES; p++) {
         ry_ball ball = ry_ball_of(k);
@@ -137,15 +142,18 @@ static void find_range(const int *holds_at, double (*value)(int), double range[2
 
 static void say_table(const ry_verify_run *run, const table2 *t)
 {
-    ry_verify_say(run, "  %-20s  %-16s %-16s %-16s %s\n", "dt 1e-3 / 1e-4 / 1e-5", "printed", "as the paper",
-                  "exact flight", "any phase, 1e-3");
+    ry_verify_say(run, "  %-20s  %-16s %-16s %-16s %s\n", "dt 1e-3 / 1e-4 / 1e-5", "printed",
+                  "as the paper", "exact flight", "any phase, 1e-3");
     for (int k = 0; k < RY_VARIANTS; k++) {
         char text[3][40] = {"-"};
         if (printed[k][0] > 0) {
-            snprintf(text[0], sizeof text[0], "%d / %d / %d", printed[k][0], printed[k][1], printed[k][2]);
+            snprintf(text[0], sizeof text[0], "%d / %d / %d", printed[k][0], printed[k][1],
+                     printed[k][2]);
         }
-        snprintf(text[1], sizeof text[1], "%d / %d / %d", t->paper[k][0], t->paper[k][1], t->paper[k][2]);
-        snprintf(text[2], sizeof text[2], "%d / %d / %d", t->exact[k][0], t->exact[k][1], t->exact[k][2]);
+        snprintf(text[1], sizeof text[1], "%d / %d / %d", t->paper[k][0], t->paper[k][1],
+                 t->paper[k][2]);
+        snprintf(text[2], sizeof text[2], "%d / %d / %d", t->exact[k][0], t->exact[k][1],
+                 t->exact[k][2]);
         ry_verify_say(run, "  %s %-18s   %-16s %-16s %-16s %d to %d\n", ry_variants[k].letter,
                       ry_variants[k].name, text[0], text[1], text[2], t->least[k], t->most[k]);
     }
@@ -153,7 +161,8 @@ static void say_table(const ry_verify_run *run, const table2 *t)
 
 static void write_table(const ry_verify_run *run, const table2 *t)
 {
-    ry_table_file_numbers(run->file, ry_verify_at(run, "", "dt").text, "s", "time steps", STEPS, dt_of);
+    ry_table_file_numbers(run->file, ry_verify_at(run, "", "dt").text, "s", "time steps", STEPS,
+                          dt_of);
     for (int k = 0; k < RY_VARIANTS; k++) {
         double paper[STEPS], exact[STEPS], want[STEPS];
         for (int s = 0; s < STEPS; s++) {
@@ -163,11 +172,12 @@ static void write_table(const ry_verify_run *run, const table2 *t)
         }
         const char *const law = ry_variants[k].name;
         ry_table_file_numbers(run->file, ry_verify_at(run, law, "steps").text, "1",
-                              "steps of the first contact, entered at the paper's phase", STEPS, paper);
+                              "steps of the first contact, entered at the paper's phase", STEPS,
+                              paper);
         ry_table_file_numbers(run->file, ry_verify_at(run, law, "steps_exact_flight").text, "1",
                               "the same, dropped from rest", STEPS, exact);
-        ry_table_file_numbers(run->file, ry_verify_at(run, law, "printed").text, "1", "Table 2", STEPS,
-                              want);
+        ry_table_file_numbers(run->file, ry_verify_at(run, law, "printed").text, "1", "Table 2",
+                              STEPS, want);
         ry_table_file_set_number(run->file, ry_verify_at(run, law, "").text, "least", t->least[k]);
         ry_table_file_set_number(run->file, ry_verify_at(run, law, "").text, "most", t->most[k]);
     }
@@ -190,10 +200,12 @@ static void claim_table(ry_verify_run *run, const table2 *t)
     find_range(t->holds_t, grid_hertz, hertz);
     ry_verify_claim(run, (ry_claim){a[0], NAN, 0.0, 0.097, RY_FOUND_STEP_RATIO, NULL},
                     "C, F, P: Table 2 holds from this a = k dt^2/m_r ...");
-    ry_verify_claim(run, (ry_claim){a[1], NAN, 0.0, RY_FOUND_STEP_RATIO, 0.109, NULL}, "... to this a");
+    ry_verify_claim(run, (ry_claim){a[1], NAN, 0.0, RY_FOUND_STEP_RATIO, 0.109, NULL},
+                    "... to this a");
     ry_verify_claim(run, (ry_claim){hertz[0], NAN, 0.0, 4.4, RY_FOUND_HERTZ, NULL},
                     "T: Table 2 holds from this Hertz coefficient ...");
-    ry_verify_claim(run, (ry_claim){hertz[1], NAN, 0.0, RY_FOUND_HERTZ, 4.8, NULL}, "... to this one");
+    ry_verify_claim(run, (ry_claim){hertz[1], NAN, 0.0, RY_FOUND_HERTZ, 4.8, NULL},
+                    "... to this one");
     ry_table_file *const f = run->file;
     const ry_verify_path group = ry_verify_at(run, "constants", "");
     ry_table_file_set_number(f, group.text, "a_from", a[0]);
