@@ -48,9 +48,11 @@ ry_law_coef ry_plan_law(const ry_config *config, const ry_derived *derived)
     } else if (config->contact_law == RY_LAW_TANAKA) {
         const double loss = q.e > 0.0 ? -log(q.e) : 1e3;
         q.k_dt2 /= sqrt(derived->d);
+        q.eta_dt = 0.0;
         q.zeta2 = sqrt(5.0) * loss / sqrt(M_PI * M_PI + loss * loss);
     } else if (!isnan(derived->zeta_impact)) {
         q.zeta2 = 2.0 * derived->zeta_impact;
+        q.eta_dt = 0.0; /* restitution rules; with e = 1 there is no damping at all */
     }
     return q;
 }

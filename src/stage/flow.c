@@ -362,8 +362,9 @@ static void clear_flow(const ry_flow *f, ry_column *c, int32_t first, const doub
 
 /* One implicit step of the balance over `advance` steps. The closure is linearised about the present
  * gradient s: tau' = tau(s) + K (s' - s), K = rho (1-phi)(nu + 2 l^2|s|): Newton's step, which for
- * this convex law does not overshoot. The grains' force is what they got since the last advance, plus
- * its change with u; that change averages to nothing, so the fluid loses just what the grains gain. */
+ * this convex law does not overshoot. For the coming steps the fluid gives force + slope (u' - u), what
+ * the grains got in the last ones and its change with u; what it gave too much or too little the last
+ * time is settled now, so that in the sum it loses just what the grains gain. */
 static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
 {
     const int32_t nz = layer_top(f, c);
@@ -391,11 +392,15 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
         low[k] = k > 0 ? -k_below : 0.0;
         high[k] = -k_above;
         diagonal[k] = inertia + drag + k_below + k_above;
-        rhs[k] = inertia * c->u[k] + rest_above - rest_below - force[k] * per_cell * dz + drag * c->u[k];
+        const double got = force[k] * per_cell;
+        rhs[k] = inertia * c->u[k] + rest_above - rest_below - (2.0 * got - c->taken[k]) * dz + drag * c->u[k];
         k_below = k_above;
         rest_below = rest_above;
     }
     solve_tridiagonal(nz, low, diagonal, high, rhs);
+    for (int32_t k = 0; k < c->nz; k++) {
+        c->taken[k] = k < nz ? (force[k] + slope[k] * (rhs[k] - c->u[k])) * per_cell : 0.0;
+    }
     memcpy(c->u, rhs, (size_t)nz * sizeof *c->u);
     clear_flow(f, c, nz, length, tau_top);
 }

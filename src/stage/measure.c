@@ -94,23 +94,25 @@ RY_INLINE void add_volumes(const ry_measure *m, double *sums, double z, double r
     }
 }
 
-/* Planes through the cell centres. `contact`, `fluid`: forces along x; `flux`: m u w. */
+/* Planes at the feet of the cells: plane k at k dz. `contact`, `fluid`: forces along x; `flux`: m u w. */
 static void add_stress(const ry_measure *m, double *sums, double z, double r, double contact,
                        double fluid, double flux)
 {
-    const ry_span span = ry_slice_span(z - 0.5 * m->dz, r, 1.0 / m->dz, m->nz);
-    const int32_t from = span.first > 0 ? span.first : 0;
+    double *const step = row(m, sums, ROW_STEP), *const fluid_step = row(m, sums, ROW_FLUID_STEP);
+    double *const slice = row(m, sums, ROW_SLICE);
+    const double low = ceil((z - r) / m->dz), high = floor((z + r) / m->dz);
+    const int32_t from = low > 0.0 ? (int32_t)fmin(low, m->nz + 1) : 0;
+    const int32_t last = high < m->nz ? (int32_t)high : m->nz;
     double above = 1.0; /* part of the grain above the plane before */
-    for (int32_t k = from; k <= span.last + 1; k++) {
-        const double t = ((k + 0.5) * m->dz - z) / r;
-        const double here = k > span.last ? 0.0 : 1.0 - ry_slice_below(t);
+    for (int32_t k = from; k <= last + 1; k++) {
+        const double t = (k * m->dz - z) / r;
+        const double here = k > last ? 0.0 : 1.0 - ry_slice_below(t);
         if (k > 0) { /* between the planes k-1 and k */
-            const int32_t plane = k - 1 < m->nz ? k - 1 : m->nz - 1;
-            row(m, sums, ROW_STEP)[plane] += contact * (above - here);
-            row(m, sums, ROW_FLUID_STEP)[plane] += fluid * (above - here);
+            step[k - 1] += contact * (above - here);
+            fluid_step[k - 1] += fluid * (above - here);
         }
-        if (k <= span.last && t > -1.0 && t < 1.0) {
-            row(m, sums, ROW_SLICE)[k] += flux * 0.75 / r * (1.0 - t * t);
+        if (k <= last) {
+            slice[k] += flux * 0.75 / r * (1.0 - t * t);
         }
         above = here;
     }
@@ -162,16 +164,21 @@ void ry_measure_add(ry_measure *m, const ry_state *state, const ry_motion *motio
 {
     double *const total = sum_grains(m, state, motion, place);
     const double per_area = 1.0 / (m->length * m->d), per_cell = per_area / m->dz;
-    double contact = 0.0, fluid = 0.0;
-    for (int32_t k = m->nz - 1; k >= 0; k--) {
+    const double *const slice = row(m, total, ROW_SLICE);
+    double contact = row(m, total, ROW_STEP)[m->nz], fluid = row(m, total, ROW_FLUID_STEP)[m->nz];
+    double grain_above = contact + slice[m->nz], fluid_above = fluid;
+    for (int32_t k = m->nz - 1; k >= 0; k--) { /* a cell gets the mean of the planes at its ends */
         contact += row(m, total, ROW_STEP)[k];
         fluid += row(m, total, ROW_FLUID_STEP)[k];
+        const double grain_here = contact + slice[k];
         m->phi[k] += row(m, total, ROW_PHI)[k] * per_cell;
         m->moving[k] += row(m, total, ROW_MOVING)[k] * per_cell;
         m->transport[k] += row(m, total, ROW_TRANSPORT)[k] * per_cell;
-        m->tau_grain[k] -= (contact + row(m, total, ROW_SLICE)[k]) * per_area;
-        m->tau_fluid[k] += tau_fluid != NULL ? tau_fluid[k] : tau_bed - fluid * per_area;
+        m->tau_grain[k] -= 0.5 * (grain_above + grain_here) * per_area;
+        m->tau_fluid[k] += tau_fluid != NULL ? tau_fluid[k] : tau_bed - 0.5 * (fluid_above + fluid) * per_area;
         m->u_fluid[k] += state->column.u[k];
+        grain_above = grain_here;
+        fluid_above = fluid;
     }
     m->samples++;
 }

@@ -28,7 +28,7 @@ ry_status ry_measure_create(ry_measure *measure, const ry_state *state, double l
 void ry_measure_free(ry_measure *measure);
 void ry_measure_clear(ry_measure *measure);
 
-/* Adds one sample. The stress of the grains on the plane at z is exact, not binned: with A_i(z) the
+/* Adds one sample. Stresses of a cell are the means of those on the planes at its foot and top. The stress of the grains on the plane at z is exact, not binned: with A_i(z) the
  * part of grain i above z and w_i its slice at z,
  *
  *     tau_g(z) = -1/(L d) sum_i [ A_i F_i + m_i u_i w_i ],
