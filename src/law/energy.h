@@ -15,10 +15,12 @@
  *    w^2/2 - g d exactly, so the true closing speed is w_c^2 = w^2 - 2 g d, and the energy kept is
  *    w'^2/2 + a (d' - rest)^2/2 - g d'.
  *
- * A contact that outlives its impact, or whose partners both touch other grains, is enduring: a spring with a dashpot that never pulls. The
- * potential is the same, so nothing jumps at the change. The impact law reverses the whole relative
- * velocity at every contact of a grain at once: with two contacts (a grain that bounces in the gap
- * between two others) that gains energy, and in a packing it overshoots for ever. The bounds on stiffness and dashpot (ry_bond_make) keep the enduring law below that for six contacts. */
+ * A contact that outlives its impact, or whose partners both touch other grains, is enduring: a spring
+ * with a dashpot that never pulls. The potential is the same, so nothing jumps at the change. The impact
+ * law reverses the whole relative velocity at every contact of a grain at once: with two contacts (a
+ * grain that bounces in the gap between two others) that gains energy, and in a packing it overshoots
+ * for ever. The bounds on stiffness and dashpot (ry_bond_make) keep the enduring law below that for six
+ * contacts. */
 #ifndef RY_LAW_ENERGY_H
 #define RY_LAW_ENERGY_H
 
@@ -37,10 +39,11 @@ RY_INLINE ry_push ry_energy_close(const ry_bond q, const ry_touch t)
     const double b = q.a * stretch - t.g;
     const double motion2 = ry_max(energy2 - q.a * stretch * stretch, 0.0);
     const double after = (sqrt(b * b + (1.0 + q.a) * motion2) - b) / (1.0 + q.a);
-    p.f = after - t.w - t.g;
+    const int closes = t.w > 0.0; /* else the grains, passing obliquely, part already: let them go */
+    p.f = closes ? after - t.w - t.g : 0.0;
     p.shift = 0.0;
-    p.rest = t.d - stretch;
-    p.impact = 0.5 * (t.w * t.w - energy2);
+    p.rest = closes ? t.d - stretch : t.d;
+    p.impact = closes ? 0.5 * (t.w * t.w - energy2) : 0.0;
     p.dashpot = 0.0;
     return p;
 }
