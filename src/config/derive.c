@@ -50,15 +50,18 @@ static double tension_restitution(double zeta)
     return zeta < 1.0 ? exp(-pi * zeta / sqrt(1.0 - zeta * zeta)) : 0.0;
 }
 
-/* What an impact really gives back. Only the spring-dashpot laws miss the value asked for: where
- * alpha_cn rules, their damping ratio is that of eta for this partner; else `mapping` sets it. */
+/* What an impact really gives back. Only the laws with a dashpot miss the value asked for: where
+ * alpha_cn rules, their damping ratio is that of eta for this partner; else `mapping` sets it. With
+ * x = overlap^5/4 tanaka's equation of motion is that of the linear spring and dashpot, so the same
+ * holds for it, but one damping ratio for all pairs. */
 static void derive_impact(const ry_config *config, double zeta_wall, ry_derived *out)
 {
     const double follows = ry_restitution_from_damping(out->zeta_pair);
     const double e = isnan(config->contact_restitution) ? follows : config->contact_restitution;
     const int tension = config->contact_law == RY_LAW_CUNDALL_TENSION;
     out->restitution = out->restitution_wall = e;
-    if (!tension && config->contact_law != RY_LAW_CUNDALL) {
+    const int hertz = config->contact_law == RY_LAW_TANAKA;
+    if (!tension && !hertz && config->contact_law != RY_LAW_CUNDALL) {
         return;
     }
     double pair = out->zeta_pair, wall = zeta_wall;
@@ -66,6 +69,8 @@ static void derive_impact(const ry_config *config, double zeta_wall, ry_derived 
         const int exact = !tension && config->contact_mapping == RY_MAPPING_EXACT;
         out->zeta_impact = exact ? ry_damping_from_restitution(e) : usual_damping(e);
         pair = wall = out->zeta_impact;
+    } else if (hertz) {
+        wall = out->zeta_impact = pair;
     }
     out->restitution = tension ? tension_restitution(pair) : ry_restitution_from_damping(pair);
     out->restitution_wall = tension ? tension_restitution(wall) : ry_restitution_from_damping(wall);

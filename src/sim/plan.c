@@ -46,10 +46,9 @@ ry_law_coef ry_plan_law(const ry_config *config, const ry_derived *derived)
     if (config->contact_law == RY_LAW_ENERGY) {
         q.bounded = RY_BOND_NEIGHBOURS;
     } else if (config->contact_law == RY_LAW_TANAKA) {
-        const double loss = q.e > 0.0 ? -log(q.e) : 1e3;
         q.k_dt2 /= sqrt(derived->d);
         q.eta_dt = 0.0;
-        q.zeta2 = sqrt(5.0) * loss / sqrt(M_PI * M_PI + loss * loss);
+        q.zeta2 = sqrt(5.0) * derived->zeta_impact;
     } else if (!isnan(derived->zeta_impact)) {
         q.zeta2 = 2.0 * derived->zeta_impact;
         q.eta_dt = 0.0; /* restitution rules; with e = 1 there is no damping at all */
