@@ -26,7 +26,7 @@ typedef struct first_failure {
 
 static void keep(first_failure *first, int index, ry_status status, const ry_error *error)
 {
-#pragma omp critical(ry_each_failure)
+#pragma omp critical
     if (index < first->index) {
         *first = (first_failure){index, status, *error};
     }
@@ -35,7 +35,7 @@ static void keep(first_failure *first, int index, ry_status status, const ry_err
 static int has_failed(const first_failure *first)
 {
     int failed;
-#pragma omp critical(ry_each_failure)
+#pragma omp critical
     failed = first->index != INT_MAX;
     return failed;
 }

@@ -182,9 +182,9 @@ static void claim_cundall(ry_verify_run *run, const bounces_of_all *all)
         run,
         (ry_claim){
             c->n > 1 ? c->bounce[1].kept : INFINITY, 0.0, 0.0, 0.4, 0.6,
-            "The paper's C passes through the wall. To do so it has to come at more than L/2 a "
-            "step, so its bounce 1 must have gained energy (ratio above 1.27). A step that moves "
-            "by the old velocity, x' = x + v dt, does that: 1.53. Here, as in the paper's eq. 10, "
+            "The paper's C passes through the wall. That takes more than L/2 a step (its section "
+            "5.3), so its bounce 1 must have gained energy (ratio above 1.27). A step that moves "
+            "by the old velocity, x' = x + v dt, does so: 1.53. Here, as in the paper's eq. 10, "
             "it is the new velocity; bounce 2 comes at 0.33 L a step and turns at 0.82 L."},
         "C with tension: kept by bounce 2 (paper: passes the wall)");
 }
