@@ -122,6 +122,13 @@ static ry_status run_gather(ry_plan *plan, ry_state *state, ry_error *error)
     return RY_OK;
 }
 
+static ry_status run_tally(ry_plan *plan, ry_state *state, ry_error *error)
+{
+    (void)error;
+    ry_measure_tally(&plan->measure, state, &plan->motion);
+    return RY_OK;
+}
+
 static ry_status run_ledger(ry_plan *plan, ry_state *state, ry_error *error)
 {
     (void)error;
@@ -169,6 +176,9 @@ static void lay_table(ry_plan *plan, const ry_config *config)
     add_stage(plan, "contact", plan->contact_kernel, "pairs, grains", "impulses and memory per pair", run_contact);
     add_stage(plan, "gather", plan->motion.moves ? "impulses + shifts" : "impulses", "pairs", "impulse per grain",
               run_gather);
+    if (plan->has_profile) {
+        add_stage(plan, "tally", "contact stress", "impulses", "impulse since the last sample", run_tally);
+    }
     if (plan->has_ledger) {
         add_stage(plan, "ledger", plan->has_fluid ? "dashpots, friction, fluid" : "dashpots, friction",
                   "impulses, grains", "losses and work per grain", run_ledger);
@@ -199,6 +209,8 @@ static int grains_differ(const ry_grains *g, const double *im)
 static void set_features(ry_plan *plan, const ry_config *config, int sizes_differ)
 {
     plan->has_fluid = config->fluid_model != RY_FLUID_NONE;
+    plan->has_profile = (config->output_fields & RY_FIELD_PROFILE) != 0 && plan->derived.length > 0.0 &&
+                        (plan->has_fluid || config->has_grains);
     plan->has_ledger = (config->output_fields & RY_FIELD_ENERGY) != 0;
     plan->motion.moves = ry_contact_law_moves((int)config->contact_law);
     plan->contact.moves = plan->motion.moves;
@@ -307,10 +319,9 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
         set_flow(plan, config);
         RY_TRY(ry_flow_create(&plan->flow, state, error));
     }
-    plan->has_profile = state->column.nz > 0 && plan->derived.length > 0.0;
     if (plan->has_profile) {
         RY_TRY(ry_measure_create(&plan->measure, state, plan->derived.length, plan->derived.d,
-                                 plan->threads, error));
+                                 plan->threads, plan->derived.steps_series, error));
         plan->tau_fluid = ry_array((size_t)state->column.nz, sizeof(double));
         if (plan->tau_fluid == NULL) {
             return ry_no_memory(error, (size_t)state->column.nz * sizeof(double));

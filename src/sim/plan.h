@@ -27,7 +27,7 @@ typedef struct ry_stage {
     double seconds;      /* spent, extrapolated from the steps that were timed */
 } ry_stage;
 
-enum { RY_MOST_STAGES = 8 };
+enum { RY_MOST_STAGES = 9 };
 
 struct ry_plan {
     ry_derived derived;

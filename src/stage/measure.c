@@ -33,11 +33,11 @@ static double **rows_of(ry_measure *m, double **rows)
 enum { N_ROWS = 6 };
 
 ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length, double d, int threads,
-                            ry_error *error)
+                            int window, ry_error *error)
 {
     const size_t nz = (size_t)state->column.nz;
     *m = (ry_measure){.nz = state->column.nz, .dz = state->column.dz, .length = length, .d = d,
-                      .threads = threads,
+                      .threads = threads, .window = window,
                       .n_blocks = (state->grains.n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK};
     double **const rows[] = {&m->phi, &m->moving, &m->transport, &m->tau_grain, &m->u_fluid, &m->tau_fluid};
     for (int r = 0; r < N_ROWS; r++) {
@@ -45,6 +45,12 @@ ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length,
         if (*rows[r] == NULL) {
             return ry_no_memory(error, nz * sizeof(double));
         }
+    }
+    const size_t n = (size_t)state->grains.n;
+    m->impulse = ry_array(n, sizeof(double));
+    m->middle = ry_array(n, sizeof(double));
+    if (m->impulse == NULL || m->middle == NULL) {
+        return ry_no_memory(error, 2 * n * sizeof(double));
     }
     m->sums = ry_array(((size_t)m->n_blocks + 1) * ROW_COUNT * row_length(m), sizeof(double));
     return m->sums != NULL ? RY_OK : ry_no_memory(error, (size_t)m->n_blocks * ROW_COUNT * nz * 8);
@@ -57,6 +63,8 @@ void ry_measure_free(ry_measure *m)
     for (int r = 0; r < N_ROWS; r++) {
         free(rows[r]);
     }
+    free(m->impulse);
+    free(m->middle);
     free(m->sums);
     *m = (ry_measure){0};
 }
@@ -69,6 +77,21 @@ void ry_measure_clear(ry_measure *m)
         memset(rows[r], 0, (size_t)m->nz * sizeof(double));
     }
     m->samples = 0;
+}
+
+void ry_measure_tally(ry_measure *m, const ry_state *state, const ry_motion *motion)
+{
+    const int threads = m->threads;
+    const int32_t n = state->grains.n;
+    const double *const cx = motion->cx;
+    double *const impulse = m->impulse;
+    if (state->step % m->window == m->window / 2) {
+        memcpy(m->middle, state->grains.z, (size_t)n * sizeof *m->middle);
+    }
+#pragma omp parallel for simd num_threads(threads) schedule(static) if (threads > 1)
+    for (int32_t k = 0; k < n; k++) {
+        impulse[k] += cx[k];
+    }
 }
 
 /* ---- one grain ------------------------------------------------------------------------------- */
@@ -94,27 +117,40 @@ RY_INLINE void add_volumes(const ry_measure *m, double *sums, double z, double r
     }
 }
 
-/* Planes at the feet of the cells: plane k at k dz. `contact`, `fluid`: forces along x; `flux`: m u w. */
-static void add_stress(const ry_measure *m, double *sums, double z, double r, double contact,
-                       double fluid, double flux)
+/* Planes at the feet of the cells that a grain reaches, plane k at k dz; first > last: none. */
+static ry_span planes(const ry_measure *m, double z, double r)
+{
+    const double low = ceil((z - r) / m->dz), high = floor((z + r) / m->dz);
+    ry_span span;
+    span.first = low > 0.0 ? (int32_t)fmin(low, m->nz + 1) : 0;
+    span.last = high < m->nz ? (int32_t)fmax(high, -1.0) : m->nz;
+    return span;
+}
+
+/* `contact`, `fluid`: forces along x on a grain at z. */
+static void add_forces(const ry_measure *m, double *sums, double z, double r, double contact, double fluid)
 {
     double *const step = row(m, sums, ROW_STEP), *const fluid_step = row(m, sums, ROW_FLUID_STEP);
-    double *const slice = row(m, sums, ROW_SLICE);
-    const double low = ceil((z - r) / m->dz), high = floor((z + r) / m->dz);
-    const int32_t from = low > 0.0 ? (int32_t)fmin(low, m->nz + 1) : 0;
-    const int32_t last = high < m->nz ? (int32_t)high : m->nz;
+    const ry_span span = planes(m, z, r);
     double above = 1.0; /* part of the grain above the plane before */
-    for (int32_t k = from; k <= last + 1; k++) {
-        const double t = (k * m->dz - z) / r;
-        const double here = k > last ? 0.0 : 1.0 - ry_slice_below(t);
+    for (int32_t k = span.first; k <= span.last + 1; k++) {
+        const double here = k > span.last ? 0.0 : 1.0 - ry_slice_below((k * m->dz - z) / r);
         if (k > 0) { /* between the planes k-1 and k */
             step[k - 1] += contact * (above - here);
             fluid_step[k - 1] += fluid * (above - here);
         }
-        if (k <= last) {
-            slice[k] += flux * 0.75 / r * (1.0 - t * t);
-        }
         above = here;
+    }
+}
+
+/* `flux`: m u w of a grain at z. */
+static void add_flux(const ry_measure *m, double *sums, double z, double r, double flux)
+{
+    double *const slice = row(m, sums, ROW_SLICE);
+    const ry_span span = planes(m, z, r);
+    for (int32_t k = span.first; k <= span.last; k++) {
+        const double t = (k * m->dz - z) / r;
+        slice[k] += flux * 0.75 / r * (1.0 - t * t);
     }
 }
 
@@ -131,8 +167,9 @@ RY_CLONES static void sum_block(const ry_measure *m, const ry_state *state, cons
         const double im = motion->im[k];
         add_volumes(m, sums, g->z[k], g->radius[k], g->vx[k], im != 0.0);
         if (im != 0.0) {
-            add_stress(m, sums, g->z[k], g->radius[k], motion->cx[k] / motion->dt,
-                       motion->gx[k] / (im * motion->dt), g->vx[k] * g->vz[k] / im);
+            add_forces(m, sums, m->middle[k], g->radius[k], m->impulse[k] / (m->window * motion->dt),
+                       motion->gx[k] / (im * motion->dt));
+            add_flux(m, sums, g->z[k], g->radius[k], g->vx[k] * g->vz[k] / im);
         }
     }
 }
@@ -180,6 +217,7 @@ void ry_measure_add(ry_measure *m, const ry_state *state, const ry_motion *motio
         grain_above = grain_here;
         fluid_above = fluid;
     }
+    memset(m->impulse, 0, (size_t)state->grains.n * sizeof *m->impulse);
     m->samples++;
 }
 

@@ -20,11 +20,14 @@ typedef struct ry_measure {
     double *tau_grain;   /* [Pa] */
     double *u_fluid;     /* [m/s] */
     double *tau_fluid;   /* [Pa] */
+    double *impulse;     /* of each grain's contacts along x since the last sample [N s] */
+    double *middle;      /* height of each grain halfway since then [m] */
+    int32_t window;      /* steps between samples */
     double *sums;        /* scratch */
 } ry_measure;
 
 ry_status ry_measure_create(ry_measure *measure, const ry_state *state, double length, double d,
-                            int threads, ry_error *error);
+                            int threads, int window, ry_error *error);
 void ry_measure_free(ry_measure *measure);
 void ry_measure_clear(ry_measure *measure);
 
@@ -33,12 +36,16 @@ void ry_measure_clear(ry_measure *measure);
  *
  *     tau_g(z) = -1/(L d) sum_i [ A_i F_i + m_i u_i w_i ],
  *
- * F_i the sum of the grain's contact forces along x. Momentum above z then changes by nothing but
+ * F_i the sum of the grain's contact forces along x. Impacts are short: F_i is the mean of all steps
+ * since the last sample (ry_measure_tally), taken where the grain was halfway. Momentum above z then changes by nothing but
  * tau_g and the fluid's force on the slices above (method of planes, Todd, Evans & Daivis 1995, with
  * each grain's mass spread over its volume). m_i includes the added mass.
  * tau_fluid: nz values at the cell centres; NULL: balance of the forces on the grains below tau_b. */
 void ry_measure_add(ry_measure *measure, const ry_state *state, const ry_motion *motion,
                     const int32_t *place, const double *tau_fluid, double tau_bed);
+
+/* Every step, after gather: adds the contacts' impulses up. */
+void ry_measure_tally(ry_measure *measure, const ry_state *state, const ry_motion *motion);
 
 /* sum of V u over the grains that can move [m^4/s], and their kinetic and gravity energy [J]. */
 typedef struct ry_measure_sums {
