@@ -30,20 +30,19 @@ typedef void evaluate_fn(touches *t);
     t->f[k] = push.f;                                                                    \
     t->shift[k] = push.shift
 
-#define RY_LAW(name, law, moves, letter, source)                \
-    RY_CLONES static void together_##name(touches *t)           \
-    {                                                           \
-        _Pragma("GCC ivdep") for (int k = 0; k < CONTACTS; k++) \
-        {                                                       \
-            EVALUATE(name);                                     \
-        }                                                       \
-    }                                                           \
-    static void alone_##name(touches *t)                        \
-    {                                                           \
-        for (int k = 0; k < CONTACTS; k++) {                    \
-            EVALUATE(name);                                     \
-            FENCE(t);                                           \
-        }                                                       \
+#define RY_LAW(name, law, moves, letter, source)      \
+    RY_CLONES static void together_##name(touches *t) \
+    {                                                 \
+        for (int k = 0; k < CONTACTS; k++) {          \
+            EVALUATE(name);                           \
+        }                                             \
+    }                                                 \
+    static void alone_##name(touches *t)              \
+    {                                                 \
+        for (int k = 0; k < CONTACTS; k++) {          \
+            EVALUATE(name);                           \
+            FENCE(t);                                 \
+        }                                             \
     }
 #include "law/laws.def"
 #undef RY_LAW
