@@ -25,6 +25,7 @@ RY_INLINE ry_bond pick_bond(const ry_bond pair, const ry_bond lone, int alone)
     b.c = alone ? lone.c : pair.c;
     b.e = pair.e;
     b.stretch = alone ? lone.stretch : pair.stretch;
+    b.per_stretch = alone ? lone.per_stretch : pair.per_stretch;
     b.drag = alone ? lone.drag : pair.drag;
     b.mass_ratio = pair.mass_ratio;
     return b;
@@ -53,18 +54,18 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
         const double ux = (vx[i] - vx[j]) * dt, uz = (vz[i] - vz[j]) * dt;
         const double im_i = im[i], im_j = im[j];
         const int alone = (im_i == 0.0) | (im_j == 0.0);
-        double ims, tms;
+        const double ims = im_i + im_j;
+        double tms;
         ry_bond bond;
         if (features & RY_CONTACT_SIZES) {
-            ims = im_i + im_j;
             tms = tmg[i] + tmg[j];
             bond = ry_bond_make(&coef, ims, tms);
         } else {
-            ims = im_i + im_j;
             tms = alone ? tm_lone : tm_pair;
             bond = pick_bond(pair, lone, alone);
         }
-        const double per_ims = per_dt / ims;
+        const double per_all = 1.0 / (ims * tms * sum); /* one division for three */
+        const double per_ims = per_dt * (tms * sum * per_all), per_tms = per_dt * (ims * sum * per_all);
         ry_touch t;
         t.d = sum - distance;
         t.w = ux * nx + uz * nz;
@@ -77,15 +78,14 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
         double px = normal * nx, pz = normal * nz;
         double across = ux * nz - uz * nx;
         if (features & RY_CONTACT_FRICTION) {
-            const double lever = distance / sum;
+            const double lever = distance * (ims * tms * per_all);
             const double w_t = across + (spin[i] * r[i] + spin[j] * r[j]) * (dt * lever);
             const double slip = t.age == 0.0 ? 0.0 : near->slip[k] + w_t;
             const ry_slide s = ry_tangential(bond, coef.friction, p.f, w_t, slip);
-            const double per_tms = per_dt / tms;
             const double along = s.f * per_tms;
             px += along * nz;
             pz -= along * nx;
-            across += s.f * (ims / tms);
+            across += s.f * ims * (dt * per_tms);
             near->pt[k] = along * lever;
             near->slip[k] = s.slip;
             if (features & RY_CONTACT_LEDGER) {
@@ -97,13 +97,16 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
                 near->t_et[k] = s.slides ? 0.5 * kt * slip * slip : -1.0;
                 near->t_kt[k] = kt;
             }
+        } else if (features & RY_CONTACT_LEDGER) {
+            near->t_lever[k] = near->t_run[k] = near->t_spring[k] = near->t_jt[k] = near->t_kt[k] = 0.0;
+            near->t_et[k] = -1.0;
         }
         if (moves) { /* moving the grains apart would change r x v: take that out of v */
             const double turn = alone ? 0.0 : across * (p.shift / (distance - p.shift)) * per_ims;
             px += turn * nz;
             pz -= turn * nx;
-            near->sx[k] = p.shift * nx / ims;
-            near->sz[k] = p.shift * nz / ims;
+            near->sx[k] = p.shift * nx * (dt * per_ims);
+            near->sz[k] = p.shift * nz * (dt * per_ims);
         }
         if (features & RY_CONTACT_LEDGER) {
             near->impact[k] = p.impact * per_ims * per_dt;
