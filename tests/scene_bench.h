@@ -52,6 +52,13 @@ static scene *start_scene(scene *s, ry_status status, int threads, ry_error *err
 }
 
 /* A scene from the text of a scene file. */
+MAYBE_UNUSED static scene *open_text(const char *text)
+{
+    ry_error error = {0};
+    scene *const s = calloc(1, sizeof *s);
+    return start_scene(s, ry_config_parse(&s->config, text, "scene", NULL, 0, &error), 1, &error);
+}
+
 LIKE_PRINTF(1) static scene *open_scene(const char *format, ...)
 {
     static char text[8000];
@@ -59,9 +66,7 @@ LIKE_PRINTF(1) static scene *open_scene(const char *format, ...)
     va_start(args, format);
     vsnprintf(text, sizeof text, format, args);
     va_end(args);
-    ry_error error = {0};
-    scene *const s = calloc(1, sizeof *s);
-    return start_scene(s, ry_config_parse(&s->config, text, "scene", NULL, 0, &error), 1, &error);
+    return open_text(text);
 }
 
 /* A file of params/ with overrides "key=value key=value ..." */
