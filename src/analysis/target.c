@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "config/nearest.h"
 #include "config/place.h"
 #include "config/quantity.h"
@@ -179,37 +180,6 @@ ry_status ry_target_parse(ry_target *target, const char *text, const char *name,
     return status;
 }
 
-static ry_status read_file(const char *path, char **text, ry_error *error)
-{
-    struct stat info;
-    FILE *const file = fopen(path, "rb");
-    if (file == NULL) {
-        return ry_fail(error, RY_BAD_FILE, "%s: can't be opened: %s", path, strerror(errno));
-    }
-    ry_status status = RY_OK;
-    size_t length = 0;
-    *text = malloc(LARGEST + 1);
-    if (*text == NULL) {
-        status = ry_no_memory(error, LARGEST);
-    } else if (fstat(fileno(file), &info) == 0 && S_ISDIR(info.st_mode)) {
-        status = ry_fail(error, RY_BAD_FILE, "%s: a folder, not a table", path);
-    } else {
-        length = fread(*text, 1, LARGEST + 1, file);
-        if (ferror(file)) {
-            status = ry_fail(error, RY_BAD_FILE, "%s: can't be read: %s", path, strerror(errno));
-        } else if (length > LARGEST) {
-            status = ry_fail(error, RY_BAD_INPUT, "%s: larger than %d MiB; not a table", path,
-                             LARGEST >> 20);
-        } else if (memchr(*text, '\0', length) != NULL) {
-            status = ry_fail(error, RY_BAD_INPUT, "%s: not a text file; a table is CSV text", path);
-        } else {
-            (*text)[length] = '\0';
-        }
-    }
-    fclose(file);
-    return status;
-}
-
 static ry_status unknown(const char *name, ry_error *error)
 {
     const char *keys[MOST_RELATIONS + 1] = {0};
@@ -241,7 +211,7 @@ ry_status ry_target_open(ry_target *target, const char *name, ry_error *error)
         return unknown(name, error);
     }
     char *text = NULL;
-    ry_status status = read_file(name, &text, error);
+    ry_status status = ry_text_read(name, LARGEST, "a table", &text, error);
     if (status == RY_OK) {
         status = ry_target_parse(target, text, name, error);
     }

@@ -13,7 +13,9 @@ typedef enum {
     RY_RANDOM_DIAMETER = 1,
     RY_RANDOM_PLACE_X = 2,
     RY_RANDOM_PLACE_Z = 3,
-    RY_RANDOM_ORDER = 4
+    RY_RANDOM_ORDER = 4,
+    RY_RANDOM_SAMPLE = 5,  /* of a sweep */
+    RY_RANDOM_STRATUM = 6
 } ry_random_purpose;
 
 /* Evenly distributed in [0, 1), 53 bits. */

@@ -35,17 +35,25 @@ typedef struct ry_law_coef {
 RY_INLINE ry_bond ry_bond_make(const ry_law_coef *q, double im, double tm)
 {
     const double quarter = 0.25 * q->bounded;
-    ry_bond b;
     const double a = q->k_dt2 * im;
     const double c = q->zeta2 > 0.0 ? q->zeta2 * sqrt(a) : q->eta_dt * im;
     const double stretch = q->ratio_k * q->k_dt2 * tm;
-    const double drag = q->ratio_eta * c * (tm / im);
-    b.a = a / (1.0 + quarter * a);
-    b.c = c / (1.0 + q->bounded * c);
+    const double drag_im = q->ratio_eta * c * tm; /* the drag x im */
+    const double bound_a = 1.0 + quarter * a, bound_c = 1.0 + q->bounded * c;
+    const double bound_s = 1.0 + quarter * stretch, bound_d = im + q->bounded * drag_im;
+    /* one division for the six: it is the slowest thing here */
+    const double normal = bound_a * bound_c, tangential = bound_s * bound_d, rest = stretch * im;
+    const double inverse = 1.0 / (normal * tangential * rest);
+    const double per_normal = tangential * rest * inverse, per_tangential = normal * rest * inverse;
+    const double per_rest = normal * tangential * inverse;
+    ry_bond b;
+    b.a = a * bound_c * per_normal;
+    b.c = c * bound_a * per_normal;
     b.e = q->e;
-    b.stretch = ry_min(stretch / (1.0 + quarter * stretch), 1.0);
-    b.drag = ry_min(1.0 - sqrt(1.0 - b.stretch) + drag / (1.0 + q->bounded * drag), 1.0);
-    b.mass_ratio = tm / im;
+    b.stretch = ry_min(stretch * bound_d * per_tangential, 1.0);
+    b.per_stretch = ry_max(bound_s * im * per_rest, 1.0);
+    b.drag = ry_min(1.0 - sqrt(1.0 - b.stretch) + drag_im * bound_s * per_tangential, 1.0);
+    b.mass_ratio = tm * stretch * per_rest;
     return b;
 }
 
@@ -66,7 +74,7 @@ RY_INLINE ry_slide ry_tangential(const ry_bond q, double mu, double f, double w,
     const double bounded = ry_max(ry_min(trial, cap), -cap);
     const int slides = trial > cap || trial < -cap;
     const double after = w + bounded;
-    const double hold = cap / q.stretch;
+    const double hold = cap * q.per_stretch;
     const double held = ry_max(ry_min(slip + after, hold), -hold);
     ry_slide s;
     s.f = bounded;

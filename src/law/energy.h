@@ -26,54 +26,56 @@
 
 #include "law/law.h"
 
+/* What an impact may hold in this step: how the energy is shared between spring and motion. */
+typedef struct ry_energy_share {
+    double stretch; /* of the spring [m] */
+    double motion2; /* square of the approach [m^2] */
+    double lost;    /* [m^2] */
+} ry_energy_share;
+
 /* The closing step. `energy2` is twice the energy after the loss, counted from the present height:
- * e^2 w_c^2 + 2 g d. It is shared between motion and spring as if both had moved since the true
- * contact, 1/s of a step ago: stretch = w^/s. Then one step in, keeping energy. */
-RY_INLINE ry_push ry_energy_close(const ry_bond q, const ry_touch t)
+ * e^2 w_c^2 + 2 g d. It is shared as if spring and motion had both moved since the true contact, 1/s of
+ * a step ago: stretch = w^/s. */
+RY_INLINE ry_energy_share ry_energy_close(const ry_bond q, const ry_touch t)
 {
-    ry_push p;
     const double speed2 = ry_max(t.w * t.w - 2.0 * t.g * t.d, 0.0);
     const double energy2 = ry_max(q.e * q.e * speed2 + 2.0 * t.g * t.d, 0.0);
     const double reach = ry_max(t.w, t.d); /* s d with s >= 1 */
-    const double stretch = ry_min(t.d * sqrt(energy2 / (reach * reach + q.a * t.d * t.d)), t.d);
-    const double b = q.a * stretch - t.g;
-    const double motion2 = ry_max(energy2 - q.a * stretch * stretch, 0.0);
-    const double after = (sqrt(b * b + (1.0 + q.a) * motion2) - b) / (1.0 + q.a);
-    const int closes = t.w > 0.0; /* else the grains, passing obliquely, part already: let them go */
-    p.f = closes ? after - t.w - t.g : 0.0;
-    p.shift = 0.0;
-    p.rest = closes ? t.d - stretch : t.d;
-    p.impact = closes ? 0.5 * (t.w * t.w - energy2) : 0.0;
-    p.dashpot = 0.0;
-    return p;
-}
-
-/* A later step of an impact: stays in touch or leaves, whichever the energy allows. */
-RY_INLINE double ry_energy_rebound(const ry_bond q, const ry_touch t, double stretch)
-{
-    const double b = q.a * stretch - t.g;
-    const double stay = -(b + sqrt(b * b + (1.0 + q.a) * t.w * t.w)) / (1.0 + q.a);
-    const double leave = t.g - sqrt(t.g * t.g + t.w * t.w + q.a * stretch * stretch);
-    return stretch + stay > 0.0 ? stay : leave;
+    ry_energy_share share;
+    share.stretch = ry_min(t.d * sqrt(energy2 / (reach * reach + q.a * t.d * t.d)), t.d);
+    share.motion2 = ry_max(energy2 - q.a * share.stretch * share.stretch, 0.0);
+    share.lost = 0.5 * (t.w * t.w - energy2);
+    return share;
 }
 
 RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
 {
-    const ry_push close = ry_energy_close(q, t);
+    const int alone = t.crowd <= 1.0;
+    const int is_new = (t.age == 0.0) & alone, is_impact = (t.age < RY_IMPACT_STEPS) & alone;
     /* a spring that has let go is relaxed where the grains are: it costs nothing and makes the next
      * squeeze start from here */
     const double rest = ry_min(t.rest, t.d);
-    const double stretch = t.d - rest;
-    const double rebound = stretch > 0.0 ? ry_energy_rebound(q, t, stretch) - t.w - t.g : 0.0;
+    const ry_energy_share close = ry_energy_close(q, t);
+    const double stretch = is_new ? close.stretch : t.d - rest;
+    const double motion2 = is_new ? close.motion2 : t.w * t.w;
+
+    /* impact: the approach w' that keeps the energy, (1+a) w'^2 + 2 (a stretch - g) w' = motion2. In the
+     * closing step the positive root: keep going in; later the negative one, or out if it leads there */
+    const double b = q.a * stretch - t.g;
+    const double root = sqrt(b * b + (1.0 + q.a) * motion2);
+    const double stay = ((is_new ? root : -root) - b) / (1.0 + q.a);
+    const double leave = t.g - sqrt(t.g * t.g + motion2 + q.a * stretch * stretch);
+    const double after = is_new | (stretch + stay > 0.0) ? stay : leave;
+    const int parts = is_new & (t.w <= 0.0); /* passing obliquely, parting already: let them go */
+    const double impact = stretch > 0.0 && !parts ? after - t.w - t.g : 0.0;
+
     const double spring = q.a * stretch;
     const double enduring = ry_min(-(spring + q.c * t.w), 0.0);
-    const int is_new = (t.age == 0.0) & (t.crowd <= 1.0);
-    const int is_impact = (t.age < RY_IMPACT_STEPS) & (t.crowd <= 1.0);
     ry_push p;
-    p.f = is_new ? close.f : (is_impact ? rebound : enduring);
+    p.f = is_impact ? impact : enduring;
     p.shift = 0.0;
-    p.rest = is_new ? close.rest : rest;
-    p.impact = is_new ? close.impact : 0.0;
+    p.rest = is_new ? (parts ? t.d : t.d - stretch) : rest;
+    p.impact = is_new & !parts ? close.lost : 0.0;
     p.dashpot = is_impact ? 0.0 : enduring + spring;
     return p;
 }

@@ -2,7 +2,6 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors */
 #include "study/curves.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -12,6 +11,7 @@
 
 #include "analysis/target.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "config/place.h"
 #include "config/quantity.h"
 
@@ -310,30 +310,23 @@ static void export_rows(const curves *c)
     }
 }
 
-/* Under another name first, so that the file appears whole. */
 static ry_status export_file(curves *c)
 {
     const char *const path = c->options->csv;
-    char part[4096];
+    size_t length = 0;
+    char *text = NULL;
     if (!c->options->force && access(path, F_OK) == 0) {
         return ry_fail(c->error, RY_BAD_FILE, "%s: exists; --force overwrites it", path);
     }
-    if (snprintf(part, sizeof part, "%s.part", path) >= (int)sizeof part) {
-        return ry_fail(c->error, RY_BAD_FILE, "%s: the name is too long", path);
-    }
-    c->csv = fopen(part, "w");
+    c->csv = open_memstream(&text, &length);
     if (c->csv == NULL) {
-        return ry_fail(c->error, RY_BAD_FILE, "%s: %s", part, strerror(errno));
+        return ry_no_memory(c->error, 1);
     }
     export_rows(c);
-    const int failed = ferror(c->csv);
-    if (fclose(c->csv) != 0 || failed || rename(part, path) != 0) {
-        const ry_status status =
-            ry_fail(c->error, RY_BAD_FILE, "%s: can't be written: %s", path, strerror(errno));
-        unlink(part);
-        return status;
-    }
-    return RY_OK;
+    const ry_status status =
+        fclose(c->csv) == 0 ? ry_text_write(path, text, c->error) : ry_no_memory(c->error, length);
+    free(text);
+    return status;
 }
 
 static ry_status make(curves *c)

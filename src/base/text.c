@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors */
+#include "base/text.h"
+
+#include <errno.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/memory.h"
+
+static ry_status read_stream(FILE *file, const char *path, size_t largest, const char *what, char **text,
+                             ry_error *error)
+{
+    struct stat info;
+    if (fstat(fileno(file), &info) == 0 && S_ISDIR(info.st_mode)) {
+        return ry_fail(error, RY_BAD_FILE, "%s: a folder, not %s", path, what);
+    }
+    *text = malloc(largest + 2);
+    if (*text == NULL) {
+        return ry_no_memory(error, largest);
+    }
+    const size_t length = fread(*text, 1, largest + 1, file);
+    if (ferror(file)) {
+        return ry_fail(error, RY_BAD_FILE, "%s: can't be read: %s", path, strerror(errno));
+    }
+    if (length > largest) {
+        return ry_fail(error, RY_BAD_INPUT, "%s: larger than %zu MiB; not %s", path, largest >> 20, what);
+    }
+    (*text)[length] = '\0';
+    if (strlen(*text) != length) {
+        return ry_fail(error, RY_BAD_INPUT, "%s: not a text file (it has NUL bytes); not %s", path, what);
+    }
+    return RY_OK;
+}
+
+ry_status ry_text_read(const char *path, size_t largest, const char *what, char **text, ry_error *error)
+{
+    *text = NULL;
+    FILE *const file = fopen(path, "rb");
+    if (file == NULL) {
+        return ry_fail(error, RY_BAD_FILE, "%s: can't be opened: %s", path, strerror(errno));
+    }
+    const ry_status status = read_stream(file, path, largest, what, text, error);
+    fclose(file);
+    if (status != RY_OK) {
+        free(*text);
+        *text = NULL;
+    }
+    return status;
+}
+
+ry_status ry_text_write(const char *path, const char *text, ry_error *error)
+{
+    char *const part = ry_text_print("%s.%ld.part", path, (long)getpid());
+    if (part == NULL) {
+        return ry_no_memory(error, strlen(path));
+    }
+    ry_status status = RY_OK;
+    FILE *const file = fopen(part, "wb");
+    int failed = file == NULL || fputs(text, file) < 0;
+    if (file != NULL) {
+        failed = fclose(file) != 0 || failed;
+    }
+    if (failed || rename(part, path) != 0) {
+        status = ry_fail(error, RY_BAD_FILE, "%s: can't be written: %s", path, strerror(errno));
+        unlink(part);
+    }
+    free(part);
+    return status;
+}
+
+char *ry_text_print(const char *format, ...)
+{
+    va_list arguments, again;
+    va_start(arguments, format);
+    va_copy(again, arguments);
+    const int length = vsnprintf(NULL, 0, format, arguments);
+    va_end(arguments);
+    char *const text = length >= 0 ? malloc((size_t)length + 1) : NULL;
+    if (text != NULL) {
+        vsnprintf(text, (size_t)length + 1, format, again);
+    }
+    va_end(again);
+    return text;
+}

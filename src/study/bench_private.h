@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * What the benches share: text, progress, the file, the names of the laws. */
+#ifndef RY_STUDY_BENCH_PRIVATE_H
+#define RY_STUDY_BENCH_PRIVATE_H
+
+#include <math.h>
+
+#include "io/table_file.h"
+#include "study/bench.h"
+#include "study/each.h"
+
+typedef struct ry_bench_run {
+    const ry_bench_options *options;
+    ry_table_file *file;
+    int done, n; /* pieces of work */
+} ry_bench_run;
+
+__attribute__((format(printf, 2, 3))) void ry_bench_say(const ry_bench_run *run, const char *format,
+                                                        ...);
+
+/* One more piece is done; from any thread. */
+void ry_bench_progress(ry_bench_run *run);
+
+/* "a/b/c", for the file. */
+typedef struct ry_bench_path {
+    char text[160];
+} ry_bench_path;
+__attribute__((format(printf, 1, 2))) ry_bench_path ry_bench_at(const char *format, ...);
+
+/* Words of the contact laws, by ry_law. */
+extern const char *const ry_bench_law[RY_LAW_COUNT];
+
+/* Which laws were asked for, and how many. */
+int ry_bench_has_law(const ry_bench_run *run, int law);
+int ry_bench_laws(const ry_bench_run *run);
+
+/* The benches. */
+#define RY_BENCH_FUNCTION(name, word, text) ry_status ry_bench_##name(ry_bench_run *run, ry_error *error);
+RY_LIST_bench(RY_BENCH_FUNCTION)
+#undef RY_BENCH_FUNCTION
+
+#endif
