@@ -104,7 +104,8 @@ static const struct argp_option options[] = {
     {"quick", 'Q', NULL, 0, "coarse: tens of seconds instead of minutes", 0},
     {"threads", 'j', "N", 0,
      "simulations at a time (as many as there are cores); changes times only. speed takes 1 and 2 "
-     "threads whatever this says", 0},
+     "threads whatever this says",
+     0},
     {"quiet", 'q', NULL, 0, "print nothing but errors", 0},
     {0},
 };
@@ -150,8 +151,8 @@ static void print_progress(void *data, int done, int n)
         return;
     }
     a->percent = percent;
-    fprintf(stderr, a->is_terminal ? "\r%3d %%  %d of %d%s" : "%3d %%  %d of %d%s", percent, done, n,
-            !a->is_terminal || done == n ? "\n" : " ");
+    fprintf(stderr, a->is_terminal ? "\r%3d %%  %d of %d%s" : "%3d %%  %d of %d%s", percent, done,
+            n, !a->is_terminal || done == n ? "\n" : " ");
 }
 
 int ry_cli_bench(int argc, char **argv)
@@ -161,9 +162,15 @@ int ry_cli_bench(int argc, char **argv)
     if (status != RY_OK) {
         return status;
     }
-    const ry_bench_options wish = {.bench = a.bench, .output = a.wish, .force = a.force,
-                                   .laws = a.laws, .quick = a.quick, .threads = a.threads, .write = print,
-                                   .progress = print_progress, .data = &a};
+    const ry_bench_options wish = {.bench = a.bench,
+                                   .output = a.wish,
+                                   .force = a.force,
+                                   .laws = a.laws,
+                                   .quick = a.quick,
+                                   .threads = a.threads,
+                                   .write = print,
+                                   .progress = print_progress,
+                                   .data = &a};
     ry_error error = {0};
     if (ry_bench(&wish, &error) != RY_OK) {
         return ry_cli_report(&error);

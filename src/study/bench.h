@@ -9,9 +9,10 @@
 #include "ryusa/ryusa.h"
 
 /* RY_BENCH(name in C, "name on the command line", "what it measures") */
-#define RY_LIST_bench(RY_BENCH)                                                              \
+#define RY_LIST_bench(RY_BENCH)                                                               \
     RY_BENCH(accuracy, "accuracy", "run time and steps against error, for every contact law") \
-    RY_BENCH(stability, "stability", "where laws stay quiet, jitter, leak or gain energy, explode") \
+    RY_BENCH(stability, "stability",                                                          \
+             "where laws stay quiet, jitter, leak or gain energy, explode")                   \
     RY_BENCH(speed, "speed", "grain-steps per second, time per stage, memory")
 
 #define RY_BENCH_ENUM(name, word, text) RY_BENCH_##name,

@@ -71,7 +71,8 @@ static void set_beta(ry_config *config, double alpha_m, double beta)
     config->contact_beta = beta;
 }
 
-static ry_status run_beta(ry_law law, double x, double y, int quick, ry_stress *out, ry_error *error)
+static ry_status run_beta(ry_law law, double x, double y, int quick, ry_stress *out,
+                          ry_error *error)
 {
     return run_beds(set_beta, law, x, y, quick, out, error);
 }
@@ -159,19 +160,23 @@ static ry_status run_sizes(ry_law law, double ratio, double layers, int quick, r
 }
 
 const ry_map ry_maps[RY_MAPS] = {
-    {"alpha_cn", "bed of 10 x 8 grains that settles dry, then one that is sheared (Shields 0.5)",
+    {"alpha_cn",
+     "bed of 10 x 8 grains that settles dry, then one that is sheared (Shields 0.5)",
      {"contact.alpha_m", "1", 12, {2, 3, 5, 7, 10, 14, 20, 40, 80, 160, 400, 1000}},
      {"contact.alpha_cn", "1", 12, {0, 0.01, 0.03, 0.1, 0.2, 0.4, 0.7, 1.3, 3, 10, 30, 100}},
      run_alpha_cn},
-    {"beta", "the same beds, alpha_cn = 1.3",
+    {"beta",
+     "the same beds, alpha_cn = 1.3",
      {"contact.alpha_m", "1", 12, {2, 3, 5, 7, 10, 14, 20, 40, 80, 160, 400, 1000}},
      {"contact.beta", "1", 10, {0.01, 0.1, 0.2, 0.5, 1, 2, 5, 15.8, 50, 1000}},
      run_beta},
-    {"impact", "a grain strikes a heap of 6 x 4 grains; the stiffness is the same everywhere",
+    {"impact",
+     "a grain strikes a heap of 6 x 4 grains; the stiffness is the same everywhere",
      {"impact speed", "m/s", 10, {0.001, 0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100}},
      {"time.step", "s", 10, {1e-6, 2e-6, 5e-6, 10e-6, 20e-6, 30e-6, 50e-6, 70e-6, 100e-6, 200e-6}},
      run_impact},
-    {"sizes", "rows of large and small grains by turns, dry",
+    {"sizes",
+     "rows of large and small grains by turns, dry",
      {"size ratio", "1", 8, {1, 1.25, 1.5, 2, 3, 4, 6, 10}},
      {"layers", "1", 6, {1, 2, 3, 5, 10, 20}},
      run_sizes},

@@ -15,7 +15,8 @@ typedef struct ry_axis {
     double value[RY_MAP_POINTS];
 } ry_axis;
 
-typedef ry_status ry_map_fn(ry_law law, double x, double y, int quick, ry_stress *out, ry_error *error);
+typedef ry_status ry_map_fn(ry_law law, double x, double y, int quick, ry_stress *out,
+                            ry_error *error);
 
 typedef struct ry_map {
     const char *name, *text;

@@ -37,7 +37,8 @@ int ry_bench_has_law(const ry_bench_run *run, int law);
 int ry_bench_laws(const ry_bench_run *run);
 
 /* The benches. */
-#define RY_BENCH_FUNCTION(name, word, text) ry_status ry_bench_##name(ry_bench_run *run, ry_error *error);
+#define RY_BENCH_FUNCTION(name, word, text) \
+    ry_status ry_bench_##name(ry_bench_run *run, ry_error *error);
 RY_LIST_bench(RY_BENCH_FUNCTION)
 #undef RY_BENCH_FUNCTION
 

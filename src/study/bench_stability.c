@@ -4,7 +4,6 @@
  * `ryusa bench stability`: every law on every point of every map. */
 #include <stdlib.h>
 
-
 #include "base/memory.h"
 #include "study/bench_maps.h"
 
@@ -61,7 +60,9 @@ static ry_status lay_points(study *s, int quick, ry_error *error)
         for (int law = 0; law < RY_LAW_COUNT; law++) {
             for (int k = 0; k < map_points(map, quick) && ry_bench_has_law(s->run, law); k++) {
                 const int nx = axis_points(x, quick);
-                *p++ = (point){.map = map, .law = law, .x = axis_value(x, quick, k % nx),
+                *p++ = (point){.map = map,
+                               .law = law,
+                               .x = axis_value(x, quick, k % nx),
                                .y = axis_value(y, quick, k / nx)};
             }
         }
@@ -73,7 +74,8 @@ static ry_status run_point(void *data, int index, ry_error *error)
 {
     study *const s = data;
     point *const p = &s->points[index];
-    RY_TRY(ry_maps[p->map].run((ry_law)p->law, p->x, p->y, s->run->options->quick, &p->stress, error));
+    RY_TRY(
+        ry_maps[p->map].run((ry_law)p->law, p->x, p->y, s->run->options->quick, &p->stress, error));
     ry_bench_progress(s->run);
     return RY_OK;
 }
@@ -119,7 +121,8 @@ static void write_law(const study *s, const point *p, int n)
 
 static void write_file(const study *s)
 {
-    ry_table_file_texts(s->run->file, "class/word", "classes by index", RY_STRESS_COUNT, class_word);
+    ry_table_file_texts(s->run->file, "class/word", "classes by index", RY_STRESS_COUNT,
+                        class_word);
     ry_table_file_texts(s->run->file, "class/text", "when", RY_STRESS_COUNT, class_text);
     const point *p = s->points;
     for (int map = 0; map < RY_MAPS; map++) {
@@ -154,7 +157,8 @@ static void say_worst(const study *s, int law)
         const point *const p = &s->points[k];
         if (p->law == law && p->stress.class >= RY_STRESS_LEAKS) {
             const ry_map *const m = &ry_maps[p->map];
-            ry_bench_say(s->run, "  %s: %s at %s = %g, %s = %g: integration %.3g of the losses%s%s\n",
+            ry_bench_say(s->run,
+                         "  %s: %s at %s = %g, %s = %g: integration %.3g of the losses%s%s\n",
                          m->name, class_word[p->stress.class], m->x.key, p->x, m->y.key, p->y,
                          p->stress.integration, *p->stress.message ? "; " : "", p->stress.message);
         }
@@ -166,8 +170,8 @@ static void say(const study *s)
     const point *p = s->points;
     for (int map = 0; map < RY_MAPS; map++) {
         const int n = map_points(map, s->run->options->quick);
-        ry_bench_say(s->run, "%s: %s against %s; %s\n  %-18s", ry_maps[map].name, ry_maps[map].y.key,
-                     ry_maps[map].x.key, ry_maps[map].text, "points that are");
+        ry_bench_say(s->run, "%s: %s against %s; %s\n  %-18s", ry_maps[map].name,
+                     ry_maps[map].y.key, ry_maps[map].x.key, ry_maps[map].text, "points that are");
         for (int c = 0; c < RY_STRESS_COUNT; c++) {
             ry_bench_say(s->run, " %8.8s", class_word[c]);
         }

@@ -16,8 +16,9 @@
     RY_CLASS(JITTERS, "jitters", "kinetic energy per grain above 1e-9 m g' d, and not falling")    \
     RY_CLASS(LEAKS, "leaks", "the time stepping loses more than 1 % of what is lost otherwise")    \
     RY_CLASS(GAINS, "gains", "the time stepping gains more than 1 % of what is lost otherwise")    \
-    RY_CLASS(PRESSED, "pressed through",                                                           \
-             "stopped: a grain was fast enough to be pressed through another, no energy gained")   \
+    RY_CLASS(                                                                                      \
+        PRESSED, "pressed through",                                                                \
+        "stopped: contacts too soft for the load, grains within each other; no energy gained")     \
     RY_CLASS(EXPLODES, "explodes", "stopped as unphysical, or gains more than all losses")
 
 #define RY_CLASS_ENUM(name, word, text) RY_STRESS_##name,
@@ -26,10 +27,11 @@ typedef enum { RY_LIST_stress_class(RY_CLASS_ENUM) RY_STRESS_COUNT } ry_stress_c
 
 #define RY_STRESS_QUIET_ENERGY 1e-9 /* of a grain [m g' d] */
 #define RY_STRESS_TOLERANCE 0.01    /* of the losses */
+#define RY_STRESS_SOFT 0.1          /* of the losses: less is no gain, in a run that was stopped */
 
 typedef struct ry_stress {
     ry_stress_class class;
-    double kinetic;     /* per grain, mean of the last quarter of the time [m g' d]; NAN: not judged */
+    double kinetic; /* per grain, mean of the last quarter of the time [m g' d]; NAN: not judged */
     double integration; /* row of the ledger at the end, over `scale` */
     double rise;        /* largest rise of the energy, less the fluid's work, over `scale` */
     char message[200];  /* of a scene that was refused or stopped */

@@ -1,0 +1,95 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+# SPDX-FileCopyrightText: 2026 the ryusa authors
+"""ryusa bench: files, classes and curves of quick runs; refusals. No timing decides anything.
+ctest: slow"""
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+try:
+    import h5py
+    import numpy as np
+except ImportError as missing:
+    print(f"skipped: {missing}")
+    sys.exit(77)
+
+PROGRAM = os.environ["RYUSA"]
+SOURCE = Path(os.environ.get("SOURCE_DIR", Path(__file__).resolve().parent.parent))
+LAWS = ["energy", "fujioka-2", "fujioka-2-printed", "fujioka-1", "cundall", "cundall-tension", "tanaka"]
+
+
+class Bench(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = Path(self.temporary.name)
+
+    def run_program(self, *words):
+        return subprocess.run([PROGRAM, "bench", *words], cwd=self.folder, text=True, timeout=200,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+    def succeeds(self, *words):
+        r = self.run_program(*words)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        return r
+
+    def refuses(self, status, *words, says=""):
+        r = self.run_program(*words)
+        self.assertEqual((r.returncode, r.stdout), (status, ""), (words, r.stderr))
+        self.assertIn(says, r.stderr)
+
+    def draws(self, name):
+        r = subprocess.run([sys.executable, "-B", SOURCE / "postprocess/bench.py", name], text=True,
+                           cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.assertEqual(r.returncode, 0, r.stderr)
+        self.assertGreater((self.folder / name).with_suffix(".png").stat().st_size, 10000)
+
+    def test_bad_input(self):
+        self.refuses(2, says="which bench")
+        self.refuses(2, "beauty", says="accuracy, stability, speed")
+        self.refuses(2, "stability", "speed", says="one bench")
+        self.refuses(2, "stability", "--law", "newton", says="cundall-tension")
+        self.refuses(2, "stability", "-j", "0", says="-j 0")
+        self.refuses(2, "stability", "-o", "", says="name")
+        self.refuses(4, "stability", "-o", "nowhere/x.h5", says="nowhere")
+        (self.folder / "there.h5").write_text("mine")
+        self.refuses(4, "speed", "-o", "there.h5", says="--force")
+        self.assertEqual((self.folder / "there.h5").read_text(), "mine")
+        self.assertEqual([p.name for p in self.folder.iterdir()], ["there.h5"])
+
+    def test_stability(self):
+        r = self.succeeds("stability", "--quick", "-o", "s.h5")
+        self.assertIn("sizes", r.stdout)
+        with h5py.File(self.folder / "s.h5") as f:
+            words = [w.decode() if isinstance(w, bytes) else w for w in f["class/word"][:]]
+            for name in ("alpha_cn", "beta", "impact", "sizes"):
+                n = len(f[name]["x"]) * len(f[name]["y"])
+                for law in LAWS:
+                    g = f[name][law]
+                    classes = g["class"][:].astype(int)
+                    self.assertEqual(len(classes), n)
+                    self.assertTrue(((classes >= 0) & (classes < len(words))).all())
+                    refused = classes == words.index("refused")
+                    self.assertTrue(np.isnan(g["integration"][:][refused]).all())
+                    self.assertTrue(np.isfinite(g["integration"][:][~refused]).all())
+                    self.assertTrue(all(len(m) > 20 for m in g["message"][:][refused]))
+            # A row of grains on a plane comes to rest with every law that is not refused.
+            one_layer = f["sizes/energy/class"][:].reshape(3, 3)[0]
+            self.assertEqual([words[int(c)] for c in one_layer], ["quiet"] * 3)
+        self.draws("s.h5")
+
+    def test_stability_does_not_depend_on_threads(self):
+        for j in ("1", "2"):
+            self.succeeds("stability", "--quick", "--quiet", "--law", "energy", "-j", j, "-o", f"{j}.h5")
+        with h5py.File(self.folder / "1.h5") as a, h5py.File(self.folder / "2.h5") as b:
+            for name in ("alpha_cn", "beta", "impact", "sizes"):
+                for what in ("class", "kinetic", "integration", "rise"):
+                    np.testing.assert_array_equal(a[name]["energy"][what][:], b[name]["energy"][what][:])
+
+
+if __name__ == "__main__":
+    unittest.main(verbosity=2)
