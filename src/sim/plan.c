@@ -258,15 +258,18 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     c->tm_grain = m->tm;
     c->loss_impact = state->ledger.loss_impact;
     c->loss_opening = state->ledger.loss_opening;
+    int32_t first = -1; /* of those that can move, by id: no bit may depend on the order in memory */
     for (int32_t k = 0; k < state->grains.n; k++) {
-        if (m->im[k] != 0.0) { /* where grains differ these are not used */
-            c->coef.g_dt2 = -m->weight[k] * c->dt;
-            c->tm[0] = 2.0 * m->tm[k];
-            c->tm[1] = m->tm[k];
-            c->bond[0] = ry_bond_make(&c->coef, 2.0 * m->im[k], c->tm[0]);
-            c->bond[1] = ry_bond_make(&c->coef, m->im[k], c->tm[1]);
-            break;
+        if (m->im[k] != 0.0 && (first < 0 || state->grains.id[k] < state->grains.id[first])) {
+            first = k;
         }
+    }
+    if (first >= 0) { /* where grains differ, tm and bond are not used */
+        c->coef.g_dt2 = -m->weight[first] * c->dt;
+        c->tm[0] = 2.0 * m->tm[first];
+        c->tm[1] = m->tm[first];
+        c->bond[0] = ry_bond_make(&c->coef, 2.0 * m->im[first], c->tm[0]);
+        c->bond[1] = ry_bond_make(&c->coef, m->im[first], c->tm[1]);
     }
 }
 
@@ -293,6 +296,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     const ry_grains *const g = &state->grains;
     *plan = (ry_plan){.derived = ry_config_derive(config), .must_rebuild = 1};
     plan->threads = threads > 0 ? threads : ry_plan_threads(g->n);
+    plan->threads = plan->threads < RY_MOST_THREADS ? plan->threads : RY_MOST_THREADS;
     plan->skin = (isnan(config->numerics_skin) ? SKIN : config->numerics_skin) * plan->derived.d;
     set_features(plan, config, 0);
     set_walls(plan, config);
