@@ -5,6 +5,8 @@
 #ifndef RY_BASE_PARALLEL_H
 #define RY_BASE_PARALLEL_H
 
+#include <stdint.h>
+
 #define RY_INLINE static inline __attribute__((always_inline))
 
 /* One compilation per vector width, chosen when the program starts. Contraction is off everywhere,
@@ -14,6 +16,12 @@
 #else
 #define RY_CLONES
 #endif
+
+/* Cuts 0 .. n-1 into one range for each thread and calls `task` for each of them, in parallel. With one
+ * thread it is a plain call: entering a parallel region of one costs more than a step of a few grains. */
+typedef void ry_range_fn(void *context, int32_t begin, int32_t end, int thread);
+enum { RY_MOST_THREADS = 1024 };
+void ry_parallel(int threads, int32_t n, ry_range_fn *task, void *context);
 
 /* Sums that must not depend on the number of threads run over blocks of this many ids, then over
  * the blocks in order. */

@@ -40,7 +40,7 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
     const double dt = c->dt, per_dt = 1.0 / dt;
     const double *const vx = g->vx, *const vz = g->vz, *const spin = g->spin, *const r = g->radius;
     const double *const im = c->im, *const tmg = c->tm_grain;
-    const int32_t n = near->n;
+    const int32_t n = near->n_padded;
     const ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
     const ry_bond pair = c->bond[0], lone = c->bond[1];
     const double tm_pair = c->tm[0], tm_lone = c->tm[1];
@@ -273,6 +273,12 @@ RY_CLONES static void collect(const ry_contact *c, const ry_grains *g, ry_pairs 
     for (int32_t k = 0; k < partings; k++) {
         open_contact(c, g, pairs, first + parted[k]);
     }
+    near->n = hits;
+    near->n_padded = (hits + RY_CONTACT_LANES - 1) / RY_CONTACT_LANES * RY_CONTACT_LANES;
+    for (int32_t m = hits; m < near->n_padded; m++) {
+        hit[m] = hit[hits - 1];
+    }
+    hits = near->n_padded;
     const int32_t *const owner = pairs->i + first, *const partner = pairs->j + first;
     const int32_t *const crowd = pairs->crowd;
     const double *const slip = pairs->slip + first, *const rest = pairs->rest + first;
@@ -297,7 +303,6 @@ RY_CLONES static void collect(const ry_contact *c, const ry_grains *g, ry_pairs 
     for (int32_t m = 0; m < hits; m++) {
         near->age[m] = age[hit[m]];
     }
-    near->n = hits;
 }
 
 /* ---- the stage ------------------------------------------------------------------------------ */
@@ -373,13 +378,26 @@ static int32_t work_range(const ry_contact *c, const ry_grains *g, ry_pairs *pai
     return touching;
 }
 
+typedef struct ry_contact_task {
+    const ry_contact *contact;
+    const ry_grains *grains;
+    ry_pairs *pairs;
+} ry_contact_task;
+
+static void work_chunks(void *context, int32_t begin, int32_t end, int thread)
+{
+    const ry_contact_task *const t = context;
+    ry_pairs *const pairs = t->pairs;
+    (void)thread;
+    for (int32_t k = begin; k < end; k++) {
+        pairs->n_touching[k] = work_range(t->contact, t->grains, pairs, pairs->chunk[k], pairs->chunk[k + 1], 0);
+    }
+}
+
 void ry_contact_stage(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
 {
-    const int threads = c->threads;
-#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
-    for (int32_t k = 0; k < pairs->n_chunks; k++) {
-        pairs->n_touching[k] = work_range(c, g, pairs, pairs->chunk[k], pairs->chunk[k + 1], 0);
-    }
+    ry_contact_task task = {c, g, pairs};
+    ry_parallel(c->threads, pairs->n_chunks, work_chunks, &task);
     pairs->n_touching[pairs->n_chunks] = work_range(c, g, pairs, pairs->n_inner, pairs->n, 1);
 }
 

@@ -18,11 +18,15 @@ enum {
     RY_CONTACT_STAMPS = 8
 };
 
-/* Touching pairs are worked on in blocks of this many, which stay in the first cache. */
-enum { RY_CONTACT_BLOCK = 128 };
+/* Listed pairs are looked at in blocks of this many; what touches of them stays in the first cache. */
+enum { RY_CONTACT_BLOCK = 192 };
+
+/* Lanes of the widest vectors: the kernel's loop runs over a multiple of it, the last touching pair
+ * repeated, because the leftover loop would cost a quarter of the whole. */
+enum { RY_CONTACT_LANES = 8 };
 
 typedef struct ry_near {
-    int32_t n;
+    int32_t n, n_padded;
     int32_t pair[RY_CONTACT_BLOCK], i[RY_CONTACT_BLOCK], j[RY_CONTACT_BLOCK];
     double dx[RY_CONTACT_BLOCK], dz[RY_CONTACT_BLOCK], distance[RY_CONTACT_BLOCK]; /* i -> j [m] */
     double crowd[RY_CONTACT_BLOCK];

@@ -165,19 +165,28 @@ static void add_lift(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t
     }
 }
 
+typedef struct ry_flow_task {
+    const ry_flow *flow;
+    const ry_state *state;
+    const ry_grains *grains;
+    ry_motion *motion;
+    const int32_t *place;
+} ry_flow_task;
+
+static void sample_grains(void *context, int32_t begin, int32_t end, int thread)
+{
+    const ry_flow_task *const t = context;
+    (void)thread;
+    samplers[t->flow->model == RY_FLOW_STRESS][t->flow->drag](t->flow, t->grains, t->motion, begin, end);
+    if (t->flow->lift > 0.0) {
+        add_lift(t->flow, t->grains, t->motion, begin, end);
+    }
+}
+
 void ry_flow_sample(const ry_flow *f, const ry_grains *g, ry_motion *m)
 {
-    sample_fn *const sample = samplers[f->model == RY_FLOW_STRESS][f->drag];
-    const int threads = f->threads;
-#pragma omp parallel for num_threads(threads) schedule(static, 1) if (threads > 1)
-    for (int t = 0; t < threads; t++) {
-        const int32_t begin = (int32_t)((int64_t)g->n * t / threads);
-        const int32_t end = (int32_t)((int64_t)g->n * (t + 1) / threads);
-        sample(f, g, m, begin, end);
-        if (f->lift > 0.0) {
-            add_lift(f, g, m, begin, end);
-        }
-    }
+    ry_flow_task task = {.flow = f, .grains = g, .motion = m};
+    ry_parallel(f->threads, g->n, sample_grains, &task);
 }
 
 /* ---- what the column gets -------------------------------------------------------------------- */
@@ -227,16 +236,22 @@ RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const r
     }
 }
 
+static void sum_blocks(void *context, int32_t begin, int32_t end, int thread)
+{
+    const ry_flow_task *const t = context;
+    (void)thread;
+    for (int32_t block = begin; block < end; block++) {
+        sum_block(t->flow, t->state, t->motion, t->place, block);
+    }
+}
+
 /* Sums over fixed blocks of ids, then over the blocks in order: no thread count shows. */
-static void sum_grains(ry_flow *f, const ry_state *state, const ry_motion *m, const int32_t *place)
+static void sum_grains(ry_flow *f, const ry_state *state, ry_motion *m, const int32_t *place)
 {
     const size_t width = SUM_COUNT * row_length(f);
-    const int threads = f->threads;
     const int32_t n_blocks = f->n_blocks;
-#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
-    for (int32_t block = 0; block < n_blocks; block++) {
-        sum_block(f, state, m, place, block);
-    }
+    ry_flow_task task = {.flow = f, .state = state, .motion = m, .place = place};
+    ry_parallel(f->threads, n_blocks, sum_blocks, &task);
     double *const total = f->sums + (size_t)n_blocks * width;
     memset(total, 0, width * sizeof *total);
     for (int32_t block = 0; block < n_blocks; block++) {
@@ -511,7 +526,7 @@ void ry_flow_refresh(ry_flow *f, const ry_state *state)
     }
 }
 
-void ry_flow_advance(ry_flow *f, ry_state *state, const ry_motion *m, const int32_t *place)
+void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const int32_t *place)
 {
     ry_column *const c = &state->column;
     const double tau = ry_flow_stress(f, state->step);

@@ -62,7 +62,7 @@ void ry_flow_refresh(ry_flow *flow, const ry_state *state);
 void ry_flow_sample(const ry_flow *flow, const ry_grains *grains, ry_motion *motion);
 
 /* `place`: storage index of an id. */
-void ry_flow_advance(ry_flow *flow, ry_state *state, const ry_motion *motion, const int32_t *place);
+void ry_flow_advance(ry_flow *flow, ry_state *state, ry_motion *motion, const int32_t *place);
 
 /* Height at which the solid fraction, averaged over a diameter, falls to half of its largest [m]. */
 double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d);

@@ -67,18 +67,33 @@ RY_CLONES static void mean_and_fluid(const ry_motion *m, const ry_grains *g, dou
     }
 }
 
+typedef struct ry_ledger_task {
+    const ry_contact *contact;
+    const ry_motion *motion;
+    ry_state *state;
+    const ry_pairs *pairs;
+} ry_ledger_task;
+
+static void do_grains(void *context, int32_t begin, int32_t end, int thread)
+{
+    const ry_ledger_task *const t = context;
+    (void)thread;
+    mean_and_fluid(t->motion, &t->state->grains, t->state->ledger.fluid_work, begin, end);
+}
+
+static void do_chunks(void *context, int32_t begin, int32_t end, int thread)
+{
+    const ry_ledger_task *const t = context;
+    (void)thread;
+    for (int32_t k = begin; k < end; k++) {
+        book_run(t->contact, t->motion, t->state, t->pairs, t->pairs->chunk[k], t->pairs->n_touching[k]);
+    }
+}
+
 void ry_ledger_stage(const ry_contact *c, const ry_motion *m, ry_state *state, const ry_pairs *pairs)
 {
-    const int threads = c->threads;
-    const int32_t n = state->grains.n;
-#pragma omp parallel for num_threads(threads) schedule(static, 1) if (threads > 1)
-    for (int t = 0; t < threads; t++) {
-        mean_and_fluid(m, &state->grains, state->ledger.fluid_work, (int32_t)((int64_t)n * t / threads),
-                       (int32_t)((int64_t)n * (t + 1) / threads));
-    }
-#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
-    for (int32_t k = 0; k < pairs->n_chunks; k++) {
-        book_run(c, m, state, pairs, pairs->chunk[k], pairs->n_touching[k]);
-    }
+    ry_ledger_task task = {c, m, state, pairs};
+    ry_parallel(c->threads, state->grains.n, do_grains, &task);
+    ry_parallel(c->threads, pairs->n_chunks, do_chunks, &task);
     book_run(c, m, state, pairs, pairs->n_inner, pairs->n_touching[pairs->n_chunks]);
 }

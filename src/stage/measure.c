@@ -79,19 +79,31 @@ void ry_measure_clear(ry_measure *m)
     m->samples = 0;
 }
 
-void ry_measure_tally(ry_measure *m, const ry_state *state, const ry_motion *motion)
+typedef struct ry_measure_task {
+    ry_measure *measure;
+    const ry_state *state;
+    const ry_motion *motion;
+    const int32_t *place;
+} ry_measure_task;
+
+static void tally(void *context, int32_t begin, int32_t end, int thread)
 {
-    const int threads = m->threads;
-    const int32_t n = state->grains.n;
-    const double *const cx = motion->cx;
-    double *const impulse = m->impulse;
-    if (state->step % m->window == m->window / 2) {
-        memcpy(m->middle, state->grains.z, (size_t)n * sizeof *m->middle);
-    }
-#pragma omp parallel for simd num_threads(threads) schedule(static) if (threads > 1)
-    for (int32_t k = 0; k < n; k++) {
+    const ry_measure_task *const t = context;
+    const double *restrict const cx = t->motion->cx;
+    double *restrict const impulse = t->measure->impulse;
+    (void)thread;
+    for (int32_t k = begin; k < end; k++) {
         impulse[k] += cx[k];
     }
+}
+
+void ry_measure_tally(ry_measure *m, const ry_state *state, const ry_motion *motion)
+{
+    ry_measure_task task = {.measure = m, .state = state, .motion = motion};
+    if (state->step % m->window == m->window / 2) {
+        memcpy(m->middle, state->grains.z, (size_t)state->grains.n * sizeof *m->middle);
+    }
+    ry_parallel(m->threads, state->grains.n, tally, &task);
 }
 
 /* ---- one grain ------------------------------------------------------------------------------- */
@@ -176,16 +188,21 @@ RY_CLONES static void sum_block(const ry_measure *m, const ry_state *state, cons
 
 /* ---- all grains ------------------------------------------------------------------------------ */
 
-static double *sum_grains(const ry_measure *m, const ry_state *state, const ry_motion *motion,
-                                const int32_t *place)
+static void sum_blocks(void *context, int32_t begin, int32_t end, int thread)
 {
-    const int threads = m->threads;
+    const ry_measure_task *const t = context;
+    (void)thread;
+    for (int32_t block = begin; block < end; block++) {
+        sum_block(t->measure, t->state, t->motion, t->place, block);
+    }
+}
+
+static double *sum_grains(ry_measure *m, const ry_state *state, const ry_motion *motion, const int32_t *place)
+{
     const int32_t n_blocks = m->n_blocks;
     const size_t width = ROW_COUNT * row_length(m);
-#pragma omp parallel for num_threads(threads) schedule(static) if (threads > 1)
-    for (int32_t block = 0; block < n_blocks; block++) {
-        sum_block(m, state, motion, place, block);
-    }
+    ry_measure_task task = {m, state, motion, place};
+    ry_parallel(m->threads, n_blocks, sum_blocks, &task);
     double *const total = m->sums + (size_t)n_blocks * width;
     memset(total, 0, width * sizeof *total);
     for (int32_t block = 0; block < n_blocks; block++) {

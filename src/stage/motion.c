@@ -100,14 +100,28 @@ static void gather_shifts(const ry_motion *m, const ry_pairs *pairs)
     }
 }
 
+typedef struct ry_motion_task {
+    const ry_motion *motion;
+    ry_grains *grains;
+    ry_pairs *pairs;
+    double *x0;
+    const double *z0;
+    double longest[RY_MOST_THREADS];
+} ry_motion_task;
+
+static void gather_grains(void *context, int32_t begin, int32_t end, int thread)
+{
+    const ry_motion_task *const t = context;
+    (void)thread;
+    gather_range(t->motion, t->pairs, begin, end);
+}
+
 void ry_motion_gather(const ry_motion *m, const ry_grains *g, ry_pairs *pairs)
 {
-    const int threads = m->threads;
-#pragma omp parallel for num_threads(threads) schedule(static, 1) if (threads > 1)
-    for (int t = 0; t < threads; t++) {
-        gather_range(m, pairs, (int32_t)((int64_t)g->n * t / threads),
-                     (int32_t)((int64_t)g->n * (t + 1) / threads));
-    }
+    ry_motion_task task;
+    task.motion = m;
+    task.pairs = pairs;
+    ry_parallel(m->threads, g->n, gather_grains, &task);
     gather_walls(m, pairs);
     if (m->moves) {
         gather_shifts(m, pairs);
@@ -167,19 +181,26 @@ static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t
     }
 }
 
+static void integrate_grains(void *context, int32_t begin, int32_t end, int thread)
+{
+    ry_motion_task *const t = context;
+    if (t->motion->moves) {
+        shift_range(t->motion, t->grains, begin, end);
+    }
+    t->longest[thread] = integrate_range(t->motion, t->grains, t->x0, t->z0, begin, end);
+}
+
 double ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const double *z0)
 {
-    const int threads = m->threads;
+    ry_motion_task task;
+    task.motion = m;
+    task.grains = g;
+    task.x0 = x0;
+    task.z0 = z0;
+    ry_parallel(m->threads, g->n, integrate_grains, &task);
     double longest = 0.0;
-#pragma omp parallel for num_threads(threads) schedule(static, 1) reduction(max : longest) if (threads > 1)
-    for (int t = 0; t < threads; t++) {
-        const int32_t begin = (int32_t)((int64_t)g->n * t / threads);
-        const int32_t end = (int32_t)((int64_t)g->n * (t + 1) / threads);
-        if (m->moves) {
-            shift_range(m, g, begin, end);
-        }
-        const double run = integrate_range(m, g, x0, z0, begin, end);
-        longest = run > longest ? run : longest;
+    for (int t = 0; t < m->threads; t++) {
+        longest = task.longest[t] > longest ? task.longest[t] : longest;
     }
     return longest;
 }

@@ -10,12 +10,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#ifdef _OPENMP
-#include <omp.h>
-#else
-#define omp_get_thread_num() 0
-#endif
-
 #include "base/memory.h"
 #include "base/parallel.h"
 
@@ -213,34 +207,39 @@ static ry_status find_of_grain(ry_neighbor *b, const ry_grains *g, int32_t k, st
     return RY_OK;
 }
 
-static int32_t range_begin(int32_t n, int part, int parts)
+typedef struct ry_find_task {
+    ry_neighbor *neighbor;
+    const ry_grains *grains;
+    ry_pairs *pairs;
+    int failed;
+} ry_find_task;
+
+static ry_status find_range(ry_neighbor *b, const ry_grains *g, int32_t begin, int32_t end,
+                            struct ry_found *found)
 {
-    return (int32_t)((int64_t)n * part / parts);
+    const size_t usual = (size_t)(end - begin) * 4; /* so that the array rarely grows */
+    RY_TRY(ry_array_grow(&found->j, &found->room, 0, usual + 1, sizeof(int32_t), NULL));
+    found->n = 0;
+    for (int32_t k = begin; k < end; k++) {
+        RY_TRY(find_of_grain(b, g, k, found, NULL));
+    }
+    return RY_OK;
+}
+
+static void find_grains(void *context, int32_t begin, int32_t end, int thread)
+{
+    ry_find_task *const t = context;
+    if (find_range(t->neighbor, t->grains, begin, end, &t->neighbor->found[thread]) != RY_OK) {
+#pragma omp atomic write
+        t->failed = 1;
+    }
 }
 
 static ry_status find_all(ry_neighbor *b, const ry_grains *g, ry_error *error)
 {
-    ry_status status = RY_OK;
-    const int threads = b->threads;
-#pragma omp parallel for num_threads(threads) schedule(static, 1) if (threads > 1)
-    for (int t = 0; t < threads; t++) {
-        b->found[t].n = 0;
-        const size_t usual = (size_t)(g->n / threads) * 4; /* so that the array rarely grows */
-        if (ry_array_grow(&b->found[t].j, &b->found[t].room, 0, usual + 1, sizeof(int32_t), NULL) != RY_OK) {
-#pragma omp atomic write
-            status = RY_BAD_FILE;
-            continue;
-        }
-        const int32_t end = range_begin(g->n, t + 1, threads);
-        for (int32_t k = range_begin(g->n, t, threads); k < end; k++) {
-            if (find_of_grain(b, g, k, &b->found[t], NULL) != RY_OK) {
-#pragma omp atomic write
-                status = RY_BAD_FILE;
-                break;
-            }
-        }
-    }
-    return status == RY_OK ? RY_OK : ry_no_memory(error, (size_t)g->n * 64);
+    ry_find_task task = {.neighbor = b, .grains = g};
+    ry_parallel(b->threads, g->n, find_grains, &task);
+    return !task.failed ? RY_OK : ry_no_memory(error, (size_t)g->n * 64);
 }
 
 /* ---- the list ------------------------------------------------------------------------------- */
@@ -323,18 +322,20 @@ static void fill_row(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, 
     }
 }
 
-static void fill_rows(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs)
+static void fill_grains(void *context, int32_t begin, int32_t end, int thread)
 {
-    const int threads = b->threads;
-#pragma omp parallel for num_threads(threads) schedule(static, 1) if (threads > 1)
-    for (int t = 0; t < threads; t++) {
-        const int32_t *partners = b->found[t].j;
-        const int32_t end = range_begin(g->n, t + 1, threads);
-        for (int32_t k = range_begin(g->n, t, threads); k < end; k++) {
-            fill_row(b, g, pairs, k, partners);
-            partners += b->row_length[k];
-        }
+    const ry_find_task *const t = context;
+    const int32_t *partners = t->neighbor->found[thread].j;
+    for (int32_t k = begin; k < end; k++) {
+        fill_row(t->neighbor, t->grains, t->pairs, k, partners);
+        partners += t->neighbor->row_length[k];
     }
+}
+
+static void fill_rows(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs)
+{
+    ry_find_task task = {.neighbor = b, .grains = g, .pairs = pairs};
+    ry_parallel(b->threads, g->n, fill_grains, &task);
 }
 
 static void fill_walls(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, int had_list)
