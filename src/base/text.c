@@ -12,8 +12,8 @@
 
 #include "base/memory.h"
 
-static ry_status read_stream(FILE *file, const char *path, size_t largest, const char *what, char **text,
-                             ry_error *error)
+static ry_status read_stream(FILE *file, const char *path, size_t largest, const char *what,
+                             char **text, ry_error *error)
 {
     struct stat info;
     if (fstat(fileno(file), &info) == 0 && S_ISDIR(info.st_mode)) {
@@ -28,16 +28,19 @@ static ry_status read_stream(FILE *file, const char *path, size_t largest, const
         return ry_fail(error, RY_BAD_FILE, "%s: can't be read: %s", path, strerror(errno));
     }
     if (length > largest) {
-        return ry_fail(error, RY_BAD_INPUT, "%s: larger than %zu MiB; not %s", path, largest >> 20, what);
+        return ry_fail(error, RY_BAD_INPUT, "%s: larger than %zu MiB; not %s", path, largest >> 20,
+                       what);
     }
     (*text)[length] = '\0';
     if (strlen(*text) != length) {
-        return ry_fail(error, RY_BAD_INPUT, "%s: not a text file (it has NUL bytes); not %s", path, what);
+        return ry_fail(error, RY_BAD_INPUT, "%s: not a text file (it has NUL bytes); not %s", path,
+                       what);
     }
     return RY_OK;
 }
 
-ry_status ry_text_read(const char *path, size_t largest, const char *what, char **text, ry_error *error)
+ry_status ry_text_read(const char *path, size_t largest, const char *what, char **text,
+                       ry_error *error)
 {
     *text = NULL;
     FILE *const file = fopen(path, "rb");

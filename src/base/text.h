@@ -11,7 +11,8 @@
 
 /* The file as a string that the caller frees; NULL on failure. RY_BAD_FILE if it can't be read,
  * RY_BAD_INPUT if it is larger than `largest` bytes or has NUL bytes in it, "not `what`" ("a table"). */
-ry_status ry_text_read(const char *path, size_t largest, const char *what, char **text, ry_error *error);
+ry_status ry_text_read(const char *path, size_t largest, const char *what, char **text,
+                       ry_error *error);
 
 /* Writes under another name, then renames: the file holds the old text or the new one. */
 ry_status ry_text_write(const char *path, const char *text, ry_error *error);

@@ -85,6 +85,18 @@ error_t ry_cli_single(const char **place, const char *text)
     return 0;
 }
 
+error_t ry_cli_count(const char *option, const char *what, const char *text, int low, int high, int *value)
+{
+    char *end;
+    errno = 0;
+    const long n = strtol(text, &end, 10);
+    if (end == text || *end || errno || n < low || n > high) {
+        return ry_cli_misuse("%s %s: %s is a whole number, %d to %d", option, text, what, low, high);
+    }
+    *value = (int)n;
+    return 0;
+}
+
 void ry_page_write(void *data, const char *text)
 {
     ry_page *page = data;

@@ -37,6 +37,10 @@ error_t ry_cli_override(const struct argp_state *state, ry_overrides *overrides,
 /* The one argument without a dash that every command has; 0, or what an argp function returns. */
 error_t ry_cli_single(const char **place, const char *text);
 
+/* Reads the argument of an option: a whole number, `low` to `high`; 0, or what an argp function
+ * returns. what: "the number of threads". */
+error_t ry_cli_count(const char *option, const char *what, const char *text, int low, int high, int *value);
+
 /* Collects what a ry_describe function writes, so that nothing is printed if it fails in the middle. */
 typedef struct ry_page {
     char *text;

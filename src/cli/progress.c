@@ -18,7 +18,7 @@ static double clock_seconds(void)
 }
 
 /* 7 -> "7 s", 200 -> "3 min 20 s", 4000 -> "1 h 06 min", 200000 -> "2 d 7 h" */
-static void print_span(char *out, size_t size, double seconds)
+void ry_progress_span(char *out, size_t size, double seconds)
 {
     const long long s = llround(fmin(seconds, 1e15));
     if (s < 60) {
@@ -64,7 +64,7 @@ static void print_state(char *out, size_t size, const ry_progress *p)
     const char *phase = (double)p->step * p->dt < p->settle ? "  settling" : "";
     if (p->rate > 0) {
         print_rate(rate, sizeof rate, p->rate);
-        print_span(left, sizeof left, (double)(p->last_step - p->step) / p->rate);
+        ry_progress_span(left, sizeof left, (double)(p->last_step - p->step) / p->rate);
         snprintf(out, size, "%s  %s steps/s  %s left%s", now, rate, left, phase);
     } else {
         snprintf(out, size, "%s%s", now, phase);

@@ -6,6 +6,8 @@
 #ifndef RY_CLI_PROGRESS_H
 #define RY_CLI_PROGRESS_H
 
+#include <stddef.h>
+
 #include "ryusa/ryusa.h"
 
 typedef struct ry_progress {
@@ -23,5 +25,8 @@ void ry_progress_update(ry_progress *progress, long long step, long long last_st
 
 /* Clears the terminal's line; a log gets its last line, of how far it came: all the way if `finished`. */
 void ry_progress_end(ry_progress *progress, int finished);
+
+/* 7 -> "7 s", 200 -> "3 min 20 s", 4000 -> "1 h 06 min". */
+void ry_progress_span(char *out, size_t size, double seconds);
 
 #endif

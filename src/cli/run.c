@@ -5,7 +5,6 @@
  * once (what was saved last is kept). */
 #include <ctype.h>
 #include <errno.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,6 +13,7 @@
 
 #include "cli/cli.h"
 #include "cli/progress.h"
+#include "cli/signals.h"
 
 enum { MAX_THREADS = 1024 };
 
@@ -25,19 +25,6 @@ typedef struct arguments {
 } arguments;
 
 /* --- The command line ------------------------------------------------------------------------- */
-
-static error_t parse_threads(const char *text, int *threads)
-{
-    char *end;
-    errno = 0;
-    const long n = strtol(text, &end, 10);
-    if (end == text || *end || errno || n < 1 || n > MAX_THREADS) {
-        return ry_cli_misuse("-j %s: the number of threads is a whole number, 1 to %d", text,
-                             MAX_THREADS);
-    }
-    *threads = (int)n;
-    return 0;
-}
 
 static int is_same_file(const char *a, const char *b)
 {
@@ -85,7 +72,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     switch (key) {
     case 'o': a->output = text; return 0;
     case 's': return ry_cli_override(state, &a->overrides, text);
-    case 'j': return parse_threads(text, &a->threads);
+    case 'j': return ry_cli_count("-j", "the number of threads", text, 1, MAX_THREADS, &a->threads);
     case 'r': a->resume = 1; return 0;
     case 'f': a->force = 1; return 0;
     case 'q': a->quiet = 1; return 0;
@@ -116,36 +103,10 @@ static const struct argp argp = {
         "stopped.",
 };
 
-/* --- Signals ---------------------------------------------------------------------------------- */
-
-static volatile sig_atomic_t stop_asked;
-
-static void ask_to_stop(int signal_number)
-{
-    (void)signal_number;
-    if (stop_asked) {
-        _exit(RY_STOPPED);
-    }
-    stop_asked = 1;
-}
-
-/* A signal that the caller has ignored (nohup, a job in the background) stays ignored. */
-static void catch_signals(void)
-{
-    static const int numbers[] = {SIGINT, SIGTERM, SIGHUP};
-    for (size_t i = 0; i < sizeof numbers / sizeof numbers[0]; i++) {
-        struct sigaction old, action = {.sa_handler = ask_to_stop, .sa_flags = SA_RESTART};
-        sigemptyset(&action.sa_mask);
-        if (sigaction(numbers[i], NULL, &old) == 0 && old.sa_handler != SIG_IGN) {
-            sigaction(numbers[i], &action, NULL);
-        }
-    }
-}
-
 static int on_progress(void *data, long long step, long long last_step, double rate)
 {
     ry_progress_update(data, step, last_step, rate);
-    return stop_asked;
+    return ry_cli_stop_asked();
 }
 
 /* --- What is said at the end ------------------------------------------------------------------ */
@@ -228,7 +189,7 @@ static int run(const arguments *a, const ry_config *config)
                                         .force = a->force,
                                         .progress = on_progress,
                                         .data = &progress};
-    catch_signals();
+    ry_cli_catch_signals();
     const ry_status status = ry_run(config, &run_options, &result, &error);
     ry_progress_end(&progress, status == RY_OK && result.steps > 0 && !result.stopped_early);
     if (status == RY_STOPPED) {

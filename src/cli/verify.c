@@ -2,7 +2,6 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * ryusa verify: the cases of the paper against exact values. */
-#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -34,19 +33,6 @@ static error_t add_case(arguments *a, const char *word)
     return ry_cli_misuse("there is no case '%s'; there are: %s", word, list);
 }
 
-static error_t parse_threads(const char *text, int *threads)
-{
-    char *end;
-    errno = 0;
-    const long n = strtol(text, &end, 10);
-    if (end == text || *end || errno || n < 1 || n > MAX_THREADS) {
-        return ry_cli_misuse("-j %s: the number of threads is a whole number, 1 to %d", text,
-                             MAX_THREADS);
-    }
-    *threads = (int)n;
-    return 0;
-}
-
 static error_t parse(int key, char *text, struct argp_state *state)
 {
     arguments *a = state->input;
@@ -55,7 +41,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case 'f': a->force = 1; return 0;
     case 'Q': a->quick = 1; return 0;
     case 'q': a->quiet = 1; return 0;
-    case 'j': return parse_threads(text, &a->threads);
+    case 'j': return ry_cli_count("-j", "the number of threads", text, 1, MAX_THREADS, &a->threads);
     case ARGP_KEY_ARG: return add_case(a, text);
     case ARGP_KEY_END: return *a->output ? 0 : ry_cli_misuse("-o: the file needs a name");
     default: return ARGP_ERR_UNKNOWN;

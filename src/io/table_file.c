@@ -51,14 +51,20 @@ static ry_status begin(ry_table_file *file, ry_error *error)
     return status;
 }
 
-ry_status ry_table_file_create(ry_table_file **file, const char *path, const char *program,
-                               int force, ry_error *error)
+ry_status ry_table_file_check(const char *path, int force, ry_error *error)
 {
-    *file = NULL;
     RY_TRY(ry_lock_check_path(path, error));
     if (!force && access(path, F_OK) == 0) {
         return ry_fail(error, RY_BAD_FILE, "%s: exists; --force overwrites it", path);
     }
+    return RY_OK;
+}
+
+ry_status ry_table_file_create(ry_table_file **file, const char *path, const char *program,
+                               int force, ry_error *error)
+{
+    *file = NULL;
+    RY_TRY(ry_table_file_check(path, force, error));
     ry_table_file *const made = calloc(1, sizeof *made);
     if (made == NULL) {
         return ry_no_memory(error, sizeof *made);
@@ -105,6 +111,14 @@ void ry_table_file_texts(ry_table_file *file, const char *path, const char *text
     note(file, ry_h5_write(file->h5.id, path, &shape, values));
     note(file, ry_h5_set_text(file->h5.id, path, "description", text));
     H5Tclose(type);
+}
+
+void ry_table_file_link(ry_table_file *file, const char *path, const char *other)
+{
+    const hid_t list = H5Pcreate(H5P_LINK_CREATE);
+    H5Pset_create_intermediate_group(list, 1);
+    note(file, H5Lcreate_external(other, "/", file->h5.id, path, list, H5P_DEFAULT) < 0);
+    H5Pclose(list);
 }
 
 static void need_object(ry_table_file *file, const char *path)

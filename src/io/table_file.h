@@ -18,6 +18,9 @@ typedef struct ry_table_file ry_table_file;
 ry_status ry_table_file_create(ry_table_file **file, const char *path, const char *program,
                                int force, ry_error *error);
 
+/* Only checks that OUT.h5 could be made, and that it isn't there unless `force`: before long work. */
+ry_status ry_table_file_check(const char *path, int force, ry_error *error);
+
 /* Arrays; `path` is GROUP/.../NAME below the root, groups are made as they are named. unit as in a
  * scene file, "1" for a number; text: what it is. */
 void ry_table_file_numbers(ry_table_file *file, const char *path, const char *unit,
@@ -30,6 +33,9 @@ void ry_table_file_set_number(ry_table_file *file, const char *path, const char 
                               double value);
 void ry_table_file_set_text(ry_table_file *file, const char *path, const char *name,
                             const char *value);
+
+/* `path` in this file becomes the root of the file `other`, named as seen from this file's folder. */
+void ry_table_file_link(ry_table_file *file, const char *path, const char *other);
 
 /* Renames to OUT.h5 and frees; on failure OUT.h5 is as it was before. */
 ry_status ry_table_file_finish(ry_table_file *file, ry_error *error);

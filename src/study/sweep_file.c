@@ -78,11 +78,13 @@ static ry_status take_path(parser *p, const yaml_node_t *node, const char **path
 static ry_status refuse_twice(parser *p, const yaml_node_t *map, const yaml_node_pair_t *pair)
 {
     const char *const own = ry_yaml_text(node_at(p, pair->key));
-    for (const yaml_node_pair_t *other = map->data.mapping.pairs.start; own != NULL && other < pair; other++) {
+    for (const yaml_node_pair_t *other = map->data.mapping.pairs.start; own != NULL && other < pair;
+         other++) {
         const yaml_node_t *const key = node_at(p, other->key);
         const char *const text = ry_yaml_text(key);
         if (text != NULL && strcmp(text, own) == 0) {
-            return FAIL(p, node_at(p, pair->key), own, "stands here for the second time; first in line %d",
+            return FAIL(p, node_at(p, pair->key), own,
+                        "stands here for the second time; first in line %d",
                         (int)key->start_mark.line + 1);
         }
     }
@@ -117,7 +119,8 @@ static ry_status read_set(parser *p, const yaml_node_t *node)
         return RY_OK;
     }
     if (node->type != YAML_MAPPING_NODE) {
-        return FAIL(p, node, "set", "%s stands where a map of keys and values belongs, as in {time.end: 5 s}",
+        return FAIL(p, node, "set",
+                    "%s stands where a map of keys and values belongs, as in {time.end: 5 s}",
                     ry_yaml_quote(node).text);
     }
     const yaml_node_pair_t *pair = node->data.mapping.pairs.start;
@@ -158,8 +161,8 @@ static ry_status read_steps(parser *p, const ry_axis *axis, const yaml_node_t *n
                            : FAIL(p, node, axis->path, "steps: %g is not a whole number", value);
 }
 
-static ry_status read_range_key(parser *p, ry_axis *axis, const yaml_node_t *key, const yaml_node_t *value,
-                                unsigned *given)
+static ry_status read_range_key(parser *p, ry_axis *axis, const yaml_node_t *key,
+                                const yaml_node_t *value, unsigned *given)
 {
     static const char *const keys[] = {"from", "to", "steps", "scale", NULL};
     const char *const text = ry_yaml_text(key);
@@ -181,7 +184,8 @@ static ry_status read_range_key(parser *p, ry_axis *axis, const yaml_node_t *key
                           ry_yaml_quote(value).text);
     }
     default:
-        return FAIL(p, key, axis->path, "%s is no part of a range; allowed are: from, to, steps, scale",
+        return FAIL(p, key, axis->path,
+                    "%s is no part of a range; allowed are: from, to, steps, scale",
                     ry_yaml_quote(key).text);
     }
 }
@@ -199,11 +203,13 @@ static ry_status read_range(parser *p, ry_axis *axis, const yaml_node_t *node)
         RY_TRY(read_range_key(p, axis, node_at(p, pair->key), node_at(p, pair->value), &given));
     }
     if ((given & 3u) != 3u) {
-        return FAIL(p, node, axis->path, "the range has no '%s'; write {from: 0.1, to: 1, steps: 10}",
+        return FAIL(p, node, axis->path,
+                    "the range has no '%s'; write {from: 0.1, to: 1, steps: 10}",
                     given & 1u ? "to" : "from");
     }
     if (axis->from == axis->to && axis->steps != 1) {
-        return FAIL(p, node, axis->path, "the range ends where it begins; 'from' and 'to' must differ");
+        return FAIL(p, node, axis->path,
+                    "the range ends where it begins; 'from' and 'to' must differ");
     }
     if (axis->logarithmic && !(axis->from > 0.0 && axis->to > 0.0)) {
         return FAIL(p, node, axis->path, "scale: log needs 'from' and 'to' above 0");
@@ -259,8 +265,11 @@ static ry_status read_axis(parser *p, const yaml_node_t *key, const yaml_node_t 
     if (value->type == YAML_SEQUENCE_NODE) {
         return read_list(p, axis, value);
     }
-    return FAIL(p, value, path, "%s stands where a list or a range belongs: [0.1, 0.2] or {from: 0.1, to: 1, steps: 10}%s",
-                ry_yaml_quote(value).text, ry_yaml_is_null(value) ? "" : "; one value for all cases stands under 'set'");
+    return FAIL(
+        p, value, path,
+        "%s stands where a list or a range belongs: [0.1, 0.2] or {from: 0.1, to: 1, steps: 10}%s",
+        ry_yaml_quote(value).text,
+        ry_yaml_is_null(value) ? "" : "; one value for all cases stands under 'set'");
 }
 
 static ry_status read_vary(parser *p, const yaml_node_t *node)
@@ -269,11 +278,13 @@ static ry_status read_vary(parser *p, const yaml_node_t *node)
         return RY_OK;
     }
     if (node->type != YAML_MAPPING_NODE) {
-        return FAIL(p, node, "vary", "%s stands where a map of keys belongs, as in {fluid.shields: [0.1, 0.2]}",
+        return FAIL(p, node, "vary",
+                    "%s stands where a map of keys belongs, as in {fluid.shields: [0.1, 0.2]}",
                     ry_yaml_quote(node).text);
     }
     const yaml_node_pair_t *pair = node->data.mapping.pairs.start;
-    p->file->axis = calloc((size_t)(node->data.mapping.pairs.top - pair) + 1, sizeof *p->file->axis);
+    p->file->axis =
+        calloc((size_t)(node->data.mapping.pairs.top - pair) + 1, sizeof *p->file->axis);
     if (p->file->axis == NULL) {
         return no_memory(p);
     }
@@ -286,14 +297,13 @@ static ry_status read_vary(parser *p, const yaml_node_t *node)
 
 /* --- the rest ----------------------------------------------------------------------------------- */
 
-static ry_status read_count(parser *p, const yaml_node_t *node, const char *key, double low, double high,
-                            int *count)
+static ry_status read_count(parser *p, const yaml_node_t *node, const char *key, double low,
+                            double high, int *count)
 {
     double value;
     RY_TRY(ry_reader_real(&p->reader, node, key, "1", low, high, &value));
     *count = (int)value;
-    return *count == value ? RY_OK
-                           : FAIL(p, node, key, "%g is not a whole number", value);
+    return *count == value ? RY_OK : FAIL(p, node, key, "%g is not a whole number", value);
 }
 
 /* The scene is named as seen from the sweep file. */
@@ -319,7 +329,8 @@ static ry_status read_sampling(parser *p, const yaml_node_t *node)
             return RY_OK;
         }
     }
-    return FAIL(p, node, "sample", "%s is not known; allowed are: grid, list, random, latin-hypercube",
+    return FAIL(p, node, "sample",
+                "%s is not known; allowed are: grid, list, random, latin-hypercube",
                 ry_yaml_quote(node).text);
 }
 
@@ -332,9 +343,11 @@ static ry_status read_entry(parser *p, const yaml_node_t *key, const yaml_node_t
     }
     if (k == KEYS) {
         const char *const near = text != NULL ? ry_nearest_word(text, words) : NULL;
-        return FAIL(p, key, NULL, "%s is not a key of a sweep; %s%s%sallowed are: title, scene, set, vary, "
-                    "sample, samples, replicas, seed", ry_yaml_quote(key).text,
-                    near != NULL ? "did you mean " : "", near != NULL ? near : "", near != NULL ? "? " : "");
+        return FAIL(p, key, NULL,
+                    "%s is not a key of a sweep; %s%s%sallowed are: title, scene, set, vary, "
+                    "sample, samples, replicas, seed",
+                    ry_yaml_quote(key).text, near != NULL ? "did you mean " : "",
+                    near != NULL ? near : "", near != NULL ? "? " : "");
     }
     p->line[k] = (int)key->start_mark.line + 1;
     switch (k) {
@@ -351,7 +364,8 @@ static ry_status read_entry(parser *p, const yaml_node_t *key, const yaml_node_t
 
 static ry_status at_line(parser *p, int line, const char *key, const char *what)
 {
-    return ry_place_fail((ry_place){.name = p->file->path, .line = line}, key, p->error, "%s", what);
+    return ry_place_fail((ry_place){.name = p->file->path, .line = line}, key, p->error, "%s",
+                         what);
 }
 
 /* What fits together; sampling decides whether `samples`, `seed` and `steps` mean anything. */
@@ -363,26 +377,31 @@ static ry_status check_all(parser *p)
         return at_line(p, 0, "scene", "not given; name the scene file, as in scene: flume.yaml");
     }
     if (f->n_axes == 0 && f->replicas < 2) {
-        return at_line(p, p->line[K_VARY], "vary", "nothing to vary; name at least one key and its values, as in "
+        return at_line(p, p->line[K_VARY], "vary",
+                       "nothing to vary; name at least one key and its values, as in "
                        "vary: {fluid.shields: [0.1, 0.2]}");
     }
     if (drawn != (p->line[K_SAMPLES] > 0) || (f->n_axes == 0 && drawn)) {
-        return at_line(p, p->line[drawn ? K_SAMPLE : K_SAMPLES], "samples",
-                       drawn ? "how many? sample: random and latin-hypercube need it, and a key to vary"
-                             : "only sample: random and latin-hypercube have a number of samples");
+        return at_line(
+            p, p->line[drawn ? K_SAMPLE : K_SAMPLES], "samples",
+            drawn ? "how many? sample: random and latin-hypercube need it, and a key to vary"
+                  : "only sample: random and latin-hypercube have a number of samples");
     }
     if (!drawn && p->line[K_SEED] > 0) {
-        return at_line(p, p->line[K_SEED], "seed", "only for sample: random and latin-hypercube; the seed of the "
+        return at_line(p, p->line[K_SEED], "seed",
+                       "only for sample: random and latin-hypercube; the seed of the "
                        "grains is grains.seed of the scene");
     }
     for (int k = 0; k < f->n_axes; k++) {
         const ry_axis *const axis = &f->axis[k];
         if (axis->is_range && drawn != (axis->steps == 0)) {
-            return at_line(p, axis->line, axis->path, drawn ? "'steps' means nothing here: 'samples' values are drawn"
-                                                            : "the range needs 'steps'");
+            return at_line(p, axis->line, axis->path,
+                           drawn ? "'steps' means nothing here: 'samples' values are drawn"
+                                 : "the range needs 'steps'");
         }
         if (strcmp(axis->path, "grains.seed") == 0 && f->replicas > 1) {
-            return at_line(p, axis->line, axis->path, "can't be varied while 'replicas' gives each case its own");
+            return at_line(p, axis->line, axis->path,
+                           "can't be varied while 'replicas' gives each case its own");
         }
     }
     return RY_OK;
@@ -392,7 +411,8 @@ static ry_status read_document(parser *p)
 {
     const yaml_node_t *const root = yaml_document_get_root_node(p->reader.document);
     if (root->type != YAML_MAPPING_NODE) {
-        return FAIL(p, root, NULL, "a sweep is a map, not %s; keys: scene, vary, sample, samples, replicas, set",
+        return FAIL(p, root, NULL,
+                    "a sweep is a map, not %s; keys: scene, vary, sample, samples, replicas, set",
                     root->type == YAML_SEQUENCE_NODE ? "a list" : "a text");
     }
     const yaml_node_pair_t *pair = root->data.mapping.pairs.start;
@@ -417,8 +437,11 @@ static ry_status parse(ry_sweep_file *file, ry_error *error)
         status = ry_no_memory(error, sizeof *p);
     } else {
         *p = (parser){.file = file, .error = error, .scratch = ry_config_default(1)};
-        p->reader = (ry_reader){.config = &p->scratch, .error = error, .origin = RY_FROM_COMMAND,
-                                .place = place, .document = &document};
+        p->reader = (ry_reader){.config = &p->scratch,
+                                .error = error,
+                                .origin = RY_FROM_COMMAND,
+                                .place = place,
+                                .document = &document};
         status = read_document(p);
         ry_config_free(&p->scratch);
     }
@@ -430,8 +453,9 @@ static ry_status parse(ry_sweep_file *file, ry_error *error)
 ry_status ry_sweep_file_load(ry_sweep_file *file, const char *path, ry_error *error)
 {
     *file = (ry_sweep_file){.replicas = 1, .seed = 1, .path = strdup(path)};
-    ry_status status = file->path != NULL ? ry_text_read(path, LARGEST, "a sweep", &file->text, error)
-                                          : ry_no_memory(error, strlen(path));
+    ry_status status = file->path != NULL
+                           ? ry_text_read(path, LARGEST, "a sweep", &file->text, error)
+                           : ry_no_memory(error, strlen(path));
     if (status == RY_OK) {
         status = parse(file, error);
     }

@@ -9,9 +9,10 @@
 #include "ryusa/config.h"
 
 /* RY_NAME(enum value, "word in a sweep file") */
-#define RY_LIST_sampling(RY_NAME)                                                          \
-    RY_NAME(RY_SAMPLING_GRID, "grid") RY_NAME(RY_SAMPLING_LIST, "list")                    \
-    RY_NAME(RY_SAMPLING_RANDOM, "random") RY_NAME(RY_SAMPLING_LATIN, "latin-hypercube")
+#define RY_LIST_sampling(RY_NAME)                                           \
+    RY_NAME(RY_SAMPLING_GRID, "grid")                                       \
+    RY_NAME(RY_SAMPLING_LIST, "list") RY_NAME(RY_SAMPLING_RANDOM, "random") \
+        RY_NAME(RY_SAMPLING_LATIN, "latin-hypercube")
 #define RY_NAME_ENUM(value, word) value,
 typedef enum { RY_LIST_sampling(RY_NAME_ENUM) RY_SAMPLING_COUNT } ry_sampling;
 #undef RY_NAME_ENUM

@@ -15,7 +15,8 @@
 #include "config/place.h"
 #include "study/sweep_file.h"
 
-static ry_status fail(const ry_sweep_file *file, const ry_axis *axis, ry_error *error, const char *what)
+static ry_status fail(const ry_sweep_file *file, const ry_axis *axis, ry_error *error,
+                      const char *what)
 {
     const ry_place place = {.name = file->path, .line = axis != NULL ? axis->line : 0};
     return ry_place_fail(place, axis != NULL ? axis->path : NULL, error, "%s", what);
@@ -74,15 +75,18 @@ static ry_status count_points(ry_sweep_file *file, ry_error *error)
             n *= axis->n;
         } else if (file->sampling == RY_SAMPLING_LIST && axis->n != file->axis[0].n) {
             char what[200];
-            snprintf(what, sizeof what, "%d values, but %s has %d; sample: list takes the first of each, then the "
-                     "second of each, ...", axis->n, file->axis[0].path, file->axis[0].n);
+            snprintf(what, sizeof what,
+                     "%d values, but %s has %d; sample: list takes the first of each, then the "
+                     "second of each, ...",
+                     axis->n, file->axis[0].path, file->axis[0].n);
             return fail(file, axis, error, what);
         }
     }
     n = file->samples > 0 ? file->samples : n;
     if (n * file->replicas > RY_SWEEP_MOST_CASES) {
         char what[120];
-        snprintf(what, sizeof what, "%.6g cases; at most %d are allowed", n * file->replicas, RY_SWEEP_MOST_CASES);
+        snprintf(what, sizeof what, "%.6g cases; at most %d are allowed", n * file->replicas,
+                 RY_SWEEP_MOST_CASES);
         return fail(file, NULL, error, what);
     }
     file->n_points = (int)n;

@@ -1,0 +1,353 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors */
+#define _GNU_SOURCE
+#include "study/sweep_store.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "base/memory.h"
+#include "base/text.h"
+
+enum { LARGEST = 64 << 20, LARGEST_RECORD = 1 << 16, LOCK_TRIES = 100, LOCK_WAIT_US = 100000 };
+
+ry_status ry_sweep_store_init(ry_sweep_store *store, const char *output, int n_cases,
+                              ry_error *error)
+{
+    const size_t length = strlen(output);
+    const int has_ending = length > 3 && strcmp(output + length - 3, ".h5") == 0;
+    *store =
+        (ry_sweep_store){.output = strdup(output), .n_cases = n_cases, .digits = 4, .lock = -1};
+    store->folder = ry_text_print("%.*s.d", (int)(has_ending ? length - 3 : length), output);
+    for (int n = n_cases; n > 9999; n /= 10) {
+        store->digits++;
+    }
+    if (store->output == NULL || store->folder == NULL) {
+        ry_sweep_store_close(store);
+        return ry_no_memory(error, length);
+    }
+    return RY_OK;
+}
+
+void ry_sweep_store_close(ry_sweep_store *store)
+{
+    if (store->lock >= 0) {
+        close(store->lock);
+    }
+    free(store->output);
+    free(store->folder);
+    *store = (ry_sweep_store){.lock = -1};
+}
+
+char *ry_sweep_store_name(const ry_sweep_store *store, int index, const char *ending,
+                          int with_folder)
+{
+    return ry_text_print("%s%scase-%0*d%s", with_folder ? store->folder : "",
+                         with_folder ? "/" : "", store->digits, index + 1, ending);
+}
+
+/* --- the description ---------------------------------------------------------------------------- */
+
+/* The line of `text` that begins with the same "key = " as `line`; NULL: none. */
+static const char *line_of_key(const char *text, const char *line)
+{
+    const size_t key = strcspn(line, "=\n") + 1;
+    for (const char *p = text; *p != '\0';) {
+        if (strncmp(p, line, key) == 0) {
+            return p;
+        }
+        p += strcspn(p, "\n");
+        p += *p == '\n';
+    }
+    return NULL;
+}
+
+/* "key was X, is Y" for each line of `a` that is another one in `b`; `a` is the new one unless `old`. */
+static int list_differences(const char *a, const char *b, int old, char *out, size_t size,
+                            int found)
+{
+    for (const char *p = a; *p != '\0'; p += strcspn(p, "\n"), p += *p == '\n') {
+        const char *const other = line_of_key(b, p);
+        const int length = (int)strcspn(p, "\n"), key = (int)strcspn(p, "=\n") - 1;
+        const int other_length = other != NULL ? (int)strcspn(other, "\n") : 0;
+        if (other != NULL &&
+            (old || (length == other_length && strncmp(p, other, (size_t)length) == 0))) {
+            continue;
+        }
+        const size_t used = strlen(out);
+        if (++found <= 4) {
+            const char *const value = p + key + 3;
+            const char *const other_value = other != NULL ? other + key + 3 : "";
+            const int other_rest = other != NULL ? other_length - key - 3 : 0;
+            snprintf(out + used, size - used, "%s%.*s was %.*s%s, is %.*s%s", found > 1 ? "; " : "",
+                     key, p, old ? length - key - 3 : other_rest, old ? value : other_value,
+                     old || other != NULL ? "" : "not there", old ? 0 : length - key - 3, value,
+                     old ? "not there" : "");
+        }
+    }
+    return found;
+}
+
+static ry_status compare(const ry_sweep_store *store, const char *now, const char *then,
+                         ry_error *error)
+{
+    char list[1400] = "";
+    int found = list_differences(now, then, 0, list, sizeof list, 0);
+    found = list_differences(then, now, 1, list, sizeof list, found);
+    if (found == 0) {
+        return RY_OK;
+    }
+    return ry_fail(error, RY_BAD_INPUT,
+                   "%s holds another sweep: %s%s; give another -o, or --force to begin anew",
+                   store->folder, list, found > 4 ? "; and more" : "");
+}
+
+static ry_status read_description(const ry_sweep_store *store, char **text, ry_error *error)
+{
+    *text = NULL;
+    char *const path = ry_text_print("%s/sweep.txt", store->folder);
+    if (path == NULL) {
+        return ry_no_memory(error, 1);
+    }
+    const ry_status status =
+        access(path, F_OK) == 0 || errno != ENOENT
+            ? ry_text_read(path, LARGEST, "the description of a sweep", text, error)
+            : RY_OK;
+    free(path);
+    return status;
+}
+
+ry_status ry_sweep_store_look(const ry_sweep_store *store, const char *description, ry_error *error)
+{
+    char *then = NULL;
+    RY_TRY(read_description(store, &then, error));
+    if (then == NULL) {
+        return ry_fail(error, RY_BAD_FILE, "%s: there is no sweep to merge", store->folder);
+    }
+    const ry_status status = compare(store, description, then, error);
+    free(then);
+    return status;
+}
+
+/* --- the folder --------------------------------------------------------------------------------- */
+
+/* The names that a sweep makes in its folder. */
+static int is_ours(const char *name)
+{
+    const size_t digits = strncmp(name, "case-", 5) == 0 ? strspn(name + 5, "0123456789") : 0;
+    return strncmp(name, "sweep.txt", 9) == 0 || (digits >= 4 && name[5 + digits] == '.');
+}
+
+/* Calls unlink for our files whose name begins with `prefix`; returns how many there are. */
+static int each_file(const ry_sweep_store *store, const char *prefix, int remove_them, int *others)
+{
+    int n = 0;
+    DIR *const folder = opendir(store->folder);
+    for (struct dirent *entry; folder != NULL && (entry = readdir(folder)) != NULL;) {
+        const char *const name = entry->d_name;
+        if (strcmp(name, ".") == 0 || strcmp(name, "..") == 0) {
+            continue;
+        }
+        if (!is_ours(name) || strncmp(name, prefix, strlen(prefix)) != 0) {
+            *others += !is_ours(name);
+            continue;
+        }
+        n++;
+        if (remove_them) {
+            unlinkat(dirfd(folder), name, 0);
+        }
+    }
+    if (folder != NULL) {
+        closedir(folder);
+    }
+    return n;
+}
+
+int ry_sweep_store_has(const ry_sweep_store *store, int index)
+{
+    static const char *const endings[] = {".txt", ".h5", ".h5.part"};
+    int found = 0;
+    for (int k = 0; k < 3 && !found; k++) {
+        char *const name = ry_sweep_store_name(store, index, endings[k], 1);
+        found = name != NULL && access(name, F_OK) == 0;
+        free(name);
+    }
+    return found;
+}
+
+void ry_sweep_store_remove(const ry_sweep_store *store, int index)
+{
+    static const char *const endings[] = {".txt", ".h5", ".h5.part", ".h5.part.journal", ".xdmf"};
+    for (int k = 0; k < 5; k++) {
+        char *const name = ry_sweep_store_name(store, index, endings[k], 1);
+        if (name != NULL) {
+            unlink(name);
+        }
+        free(name);
+    }
+}
+
+static ry_status make_folder(const ry_sweep_store *store, ry_error *error)
+{
+    int others = 0;
+    if (mkdir(store->folder, 0777) == 0) {
+        return RY_OK;
+    }
+    if (errno != EEXIST) {
+        return ry_fail(error, RY_BAD_FILE, "%s: can't be made: %s", store->folder, strerror(errno));
+    }
+    if (access(store->folder, R_OK | W_OK | X_OK) != 0) {
+        return ry_fail(error, RY_BAD_FILE, "%s: can't be written to: %s", store->folder,
+                       strerror(errno));
+    }
+    if (each_file(store, "", 0, &others) == 0 && others > 0) {
+        return ry_fail(error, RY_BAD_FILE, "%s: is there and holds no sweep; give another -o",
+                       store->folder);
+    }
+    return RY_OK;
+}
+
+/* Byte `shard` of sweep.txt, or all of them. A sweep that was just killed holds its lock until its
+ * workers have saved, so this waits a little. */
+static ry_status take_lock(ry_sweep_store *store, int shard, int shards, ry_error *error)
+{
+    char *const path = ry_text_print("%s/sweep.txt.lock", store->folder);
+    store->lock = path != NULL ? open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666) : -1;
+    ry_status status = RY_OK;
+    if (store->lock < 0) {
+        status =
+            ry_fail(error, RY_BAD_FILE, "%s/sweep.txt.lock: %s", store->folder, strerror(errno));
+    }
+    free(path);
+    for (int k = 0; status == RY_OK; k++) {
+        struct flock lock = {.l_type = F_WRLCK,
+                             .l_whence = SEEK_SET,
+                             .l_start = shards > 0 ? shard : 0,
+                             .l_len = shards > 0 ? 1 : 0};
+        if (fcntl(store->lock, F_OFD_SETLK, &lock) == 0 || (errno != EAGAIN && errno != EACCES)) {
+            break; /* taken; or a file system without locks, which can't tell */
+        }
+        if (k == LOCK_TRIES) {
+            status = ry_fail(error, RY_BAD_FILE, "%s: in use by another sweep", store->folder);
+        }
+        usleep(LOCK_WAIT_US);
+    }
+    return status;
+}
+
+static ry_status describe(const ry_sweep_store *store, const char *description, int sharded,
+                          int anew, ry_error *error)
+{
+    char *then = NULL;
+    int others = 0;
+    ry_status status = read_description(store, &then, error);
+    if (status == RY_OK && anew && !sharded) {
+        each_file(store, "case-", 1, &others);
+        free(then);
+        then = NULL;
+    }
+    if (status == RY_OK && then != NULL && each_file(store, "case-", 0, &others) > 0) {
+        status = compare(store, description, then, error);
+    } else if (status == RY_OK) {
+        char *const path = ry_text_print("%s/sweep.txt", store->folder);
+        status = path != NULL ? ry_text_write(path, description, error) : ry_no_memory(error, 1);
+        free(path);
+    }
+    free(then);
+    return status;
+}
+
+ry_status ry_sweep_store_open(ry_sweep_store *store, const char *description, int shard, int shards,
+                              int anew, ry_error *error)
+{
+    RY_TRY(make_folder(store, error));
+    RY_TRY(take_lock(store, shard, shards, error));
+    return describe(store, description, shards > 0, anew, error);
+}
+
+/* --- records ------------------------------------------------------------------------------------ */
+
+static void take_line(ry_case_record *r, const char *key, const char *value)
+{
+    if (strcmp(key, "status") == 0) {
+        r->status = (int)strtol(value, NULL, 10);
+        r->known = 1;
+    } else if (strcmp(key, "q_star") == 0) {
+        r->q_star = strtod(value, NULL);
+    } else if (strcmp(key, "q_star_error") == 0) {
+        r->q_star_error = strtod(value, NULL);
+    } else if (strcmp(key, "autocorrelation_time") == 0) {
+        r->autocorrelation_time = strtod(value, NULL);
+    } else if (strcmp(key, "equilibration_time") == 0) {
+        r->equilibration_time = strtod(value, NULL);
+    } else if (strcmp(key, "samples") == 0) {
+        r->samples = strtoll(value, NULL, 10);
+    } else if (strcmp(key, "wall_seconds") == 0) {
+        r->wall_seconds = strtod(value, NULL);
+    } else if (strcmp(key, "stopped_early") == 0) {
+        r->stopped_early = (int)strtol(value, NULL, 10);
+    } else if (strcmp(key, "hash") == 0) {
+        r->hash = strtoull(value, NULL, 16);
+    } else if (strcmp(key, "message") == 0) {
+        snprintf(r->message, sizeof r->message, "%s", value);
+    }
+}
+
+ry_status ry_sweep_store_read(const ry_sweep_store *store, int index, ry_case_record *record,
+                              ry_error *error)
+{
+    *record = (ry_case_record){.q_star = NAN,
+                               .q_star_error = NAN,
+                               .autocorrelation_time = NAN,
+                               .equilibration_time = NAN,
+                               .wall_seconds = NAN};
+    char *const path = ry_sweep_store_name(store, index, ".txt", 1);
+    char *text = NULL;
+    if (path == NULL) {
+        return ry_no_memory(error, 1);
+    }
+    ry_status status = RY_OK;
+    if (access(path, F_OK) == 0) {
+        status = ry_text_read(path, LARGEST_RECORD, "the record of a case", &text, error);
+    }
+    for (char *rest = text, *line; rest != NULL && (line = strsep(&rest, "\n")) != NULL;) {
+        char *const value = strstr(line, " = ");
+        if (value != NULL) {
+            *value = '\0';
+            take_line(record, line, value + 3);
+        }
+    }
+    free(text);
+    free(path);
+    return status;
+}
+
+ry_status ry_sweep_store_write(const ry_sweep_store *store, int index, const ry_case_record *r,
+                               ry_error *error)
+{
+    char message[sizeof r->message];
+    snprintf(message, sizeof message, "%s", r->message);
+    for (char *p = message; *p != '\0'; p++) {
+        *p = *p == '\n' || *p == '\r' ? ' ' : *p;
+    }
+    char *const path = ry_sweep_store_name(store, index, ".txt", 1);
+    char *const text = ry_text_print(
+        "status = %d\nq_star = %.17g\nq_star_error = %.17g\nautocorrelation_time = %.17g\n"
+        "equilibration_time = %.17g\nsamples = %lld\nwall_seconds = %.4g\nstopped_early = %d\nhash = 0x%016llx\n"
+        "message = %s\n",
+        r->status, r->q_star, r->q_star_error, r->autocorrelation_time, r->equilibration_time,
+        r->samples, r->wall_seconds, r->stopped_early, r->hash, message);
+    const ry_status status =
+        path != NULL && text != NULL ? ry_text_write(path, text, error) : ry_no_memory(error, 1);
+    free(path);
+    free(text);
+    return status;
+}
