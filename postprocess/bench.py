@@ -64,6 +64,64 @@ def stability(file, path):
     return save(figure, path)
 
 
+PROBLEMS = ["binary", "sliding", "sticking", "three-spheres", "settling", "flux"]
+ROUNDING = 1e-16  # where errors of 0 are drawn
+
+
+def draw_curves(axes, group, work, label):
+    for law in (law for law in LAWS if law in group):
+        color, marker, line = LAW_STYLE[law]
+        curve = group[law]
+        error = np.maximum(curve["error"][:], ROUNDING)
+        if not len(error):
+            continue
+        axes.plot(curve[work][:], error, line, color=color, marker=marker, markersize=3, label=law, linewidth=1)
+        bar = curve["error_bar"][:]
+        if (bar > 0.0).any():
+            axes.errorbar(curve[work][:], error, bar, fmt="none", color=color, linewidth=0.7, capsize=2)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_xlabel(label)
+    axes.set_title(group.name.strip("/"))
+    axes.set_ylabel(text_of(group.attrs["error"]).split(",")[0], fontsize=7)
+
+
+def accuracy(file, path):
+    """Above: error against steps; below: against run time. Left on a curve are large time steps."""
+    problems = [p for p in PROBLEMS if p in file]
+    figure, axes = plt.subplots(2, len(problems), squeeze=False, layout="constrained",
+                                figsize=(2.7 * len(problems), 6.2))
+    for column, name in zip(axes.T, problems):
+        draw_curves(column[0], file[name], "steps", "steps")
+        draw_curves(column[1], file[name], "seconds", "wall time, one thread (s)")
+    handles, labels = axes[0, 0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="upper center", ncol=len(LAWS))
+    figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))
+    return save(figure, path)
+
+
+def speed(file, path):
+    runs = {k: v[:] if k not in ("scene", "law") else np.array(texts(v)) for k, v in file["runs"].items()}
+    figure, axes = plt.subplots(1, 2, sharey=True, layout="constrained", figsize=(7.0, 3.2))
+    for place, scene in zip(axes, ("settled", "sheared")):
+        for law in ("cundall", "energy"):
+            for threads, line in ((1, "-"), (2, "--")):
+                which = (runs["scene"] == scene) & (runs["law"] == law) & (runs["threads"] == threads)
+                color, marker, _ = LAW_STYLE[law]
+                place.plot(runs["grains"][which], runs["rate"][which] * 1e-6, line, color=color, marker=marker,
+                           markersize=3, label=f"{law}, {threads} thread{'s' * (threads > 1)}")
+        place.set_xscale("log")
+        place.set_ylim(bottom=0.0)
+        place.set_xlabel("grains")
+        place.set_title(scene)
+    axes[0].set_ylabel("million grain-steps per second")
+    axes[1].legend()
+    machine = file["machine"].attrs
+    figure.suptitle(f"{text_of(machine['processor'])}, {machine['cores']:g} cores, {text_of(machine['compiler'])}",
+                    fontsize=7)
+    return save(figure, path)
+
+
 def main(words):
     if not 1 <= len(words) <= 2:
         sys.exit("usage: bench.py FILE.h5 [PICTURE.png]")
@@ -79,7 +137,7 @@ def main(words):
         sys.exit(f"bench.py: {path}: {error}")
 
 
-DRAW = {"stability": stability}
+DRAW = {"accuracy": accuracy, "stability": stability, "speed": speed}
 
 if __name__ == "__main__":
     main(sys.argv[1:])

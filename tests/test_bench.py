@@ -90,6 +90,40 @@ class Bench(unittest.TestCase):
                 for what in ("class", "kinetic", "integration", "rise"):
                     np.testing.assert_array_equal(a[name]["energy"][what][:], b[name]["energy"][what][:])
 
+    def test_accuracy(self):
+        r = self.succeeds("accuracy", "--quick", "-o", "a.h5")
+        self.assertIn("at equal error cundall", r.stdout)
+        with h5py.File(self.folder / "a.h5") as f:
+            for name in ("binary", "sliding", "sticking", "three-spheres", "settling", "flux"):
+                for law in LAWS:
+                    g = f[name][law]
+                    dt, steps, error = g["dt"][:], g["steps"][:], g["error"][:]
+                    self.assertTrue((np.diff(dt) < 0).all() and (np.diff(steps) > 0).all(), (name, law))
+                    self.assertTrue((np.isfinite(error) & (error >= 0)).all(), (name, law))
+                    self.assertTrue((g["seconds"][:] > 0).all())
+                    if not len(dt):
+                        self.assertGreater(len(g.attrs["refused"]), 20, (name, law))
+            # What the laws of the authors are made for.
+            self.assertLess(f["binary/energy/error"][:].max(), 1e-12)
+            self.assertLess(f["binary/fujioka-2/error"][:].max(), 1e-12)
+            three = f["three-spheres/energy/error"][:]
+            self.assertTrue((np.diff(three) < 0).all() and three[-1] < 1.6e-4, three)
+        self.draws("a.h5")
+
+    def test_speed(self):
+        r = self.succeeds("speed", "--quick", "-o", "v.h5")
+        self.assertIn("grain-st./s", r.stdout)
+        with h5py.File(self.folder / "v.h5") as f:
+            self.assertTrue((f["runs/rate"][:] >= f["runs/median"][:]).all())
+            self.assertTrue((f["runs/median"][:] > 0).all())
+            stages = f["stages/settled/cundall/1000/1"].attrs
+            self.assertEqual(set(stages) & {"contact", "gather", "column"}, {"contact", "gather"})
+            self.assertIn("processor", f["machine"].attrs)
+        lines = (self.folder / "v.csv").read_text().splitlines()
+        self.assertTrue(lines[0].startswith("# ryusa "))
+        self.assertEqual(len(lines), 2 + 16)
+        self.draws("v.h5")
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=2)
