@@ -98,6 +98,17 @@ static int is_varied(const ry_sweep_run *run, int key)
     return 0;
 }
 
+/* With the digits that it needs. */
+static void print_number(FILE *out, const ry_parameter *p)
+{
+    char text[40];
+    snprintf(text, sizeof text, "%.15g", p->number);
+    if (strtod(text, NULL) != p->number) {
+        snprintf(text, sizeof text, "%.17g", p->number);
+    }
+    fprintf(out, "%s.%s = %s\n", p->section, p->key, text);
+}
+
 static void describe_scene(const ry_sweep_run *run, FILE *out)
 {
     ry_parameter p;
@@ -107,7 +118,7 @@ static void describe_scene(const ry_sweep_run *run, FILE *out)
         if (!free_to_change && p.type == 'c') {
             fprintf(out, "%s.%s = %s\n", p.section, p.key, p.word);
         } else if (!free_to_change) {
-            fprintf(out, "%s.%s = %.17g\n", p.section, p.key, p.number);
+            print_number(out, &p);
         }
     }
     fprintf(out, "output.fields = %u\n", run->base.output_fields);
@@ -472,7 +483,12 @@ static ry_status work(ry_sweep_run *run, const char *description)
 {
     const ry_sweep_options *const o = run->options;
     const int anew = o->force && o->shards == 0;
-    RY_TRY(ry_table_file_check(run->store.output, o->force || o->resume, run->error));
+    if (!o->force && !o->resume && access(run->store.output, F_OK) == 0) {
+        return ry_fail(run->error, RY_BAD_FILE,
+                       "%s: exists; --resume goes on with it, --force begins anew",
+                       run->store.output);
+    }
+    RY_TRY(ry_table_file_check(run->store.output, 1, run->error));
     RY_TRY(check_cases(run));
     RY_TRY(ry_sweep_store_open(&run->store, description, o->shard, o->shards, anew, run->error));
     if (anew) {
@@ -483,12 +499,11 @@ static ry_status work(ry_sweep_run *run, const char *description)
     return finish(run);
 }
 
-/* The scene with `set` and then -s; a key that is varied can't be among the latter. */
-static ry_status load_base(ry_sweep_run *run)
+/* A key that is varied can't be set by -s as well. */
+static ry_status check_overrides(const ry_sweep_run *run)
 {
     const ry_sweep_file *const f = &run->file;
     const ry_sweep_options *const o = run->options;
-    const int n = f->n_set + o->n_overrides;
     for (int k = 0; k < o->n_overrides; k++) {
         for (int i = 0; i < f->n_axes; i++) {
             const size_t length = strlen(f->axis[i].path);
@@ -500,21 +515,53 @@ static ry_status load_base(ry_sweep_run *run)
             }
         }
     }
+    return RY_OK;
+}
+
+/* The scene with `set`, -s and, unless it is below 0, the values of a point. */
+static ry_status load_scene(ry_sweep_run *run, int point, ry_error *error)
+{
+    const ry_sweep_file *const f = &run->file;
+    const ry_sweep_options *const o = run->options;
+    const int n_own = f->n_set + o->n_overrides, n = n_own + (point >= 0 ? f->n_axes : 0);
     const char **const text = calloc((size_t)n + 1, sizeof *text);
-    if (text == NULL) {
-        return ry_no_memory(run->error, (size_t)n * sizeof *text);
+    int good = text != NULL;
+    for (int k = 0; k < n && good; k++) {
+        text[k] = k < f->n_set ? f->set[k]
+                  : k < n_own  ? o->overrides[k - f->n_set]
+                               : ry_text_print("%s=%s", f->axis[k - n_own].path,
+                                               ry_sweep_file_value(f, point, k - n_own));
+        good = text[k] != NULL;
     }
-    for (int k = 0; k < n; k++) {
-        text[k] = k < f->n_set ? f->set[k] : o->overrides[k - f->n_set];
+    const ry_status status = good ? ry_config_load(&run->base, f->scene, text, n, error)
+                                  : ry_no_memory(error, (size_t)n * sizeof *text);
+    for (int k = n_own; k < n && text != NULL; k++) {
+        free((void *)text[k]);
     }
-    const ry_status status = ry_config_load(&run->base, f->scene, text, n, run->error);
     free(text);
-    if (status == RY_OK && f->replicas > 1 && !run->base.has_grains) {
-        return ry_fail(run->error, RY_BAD_INPUT,
-                       "%s: replicas: %d of a scene without 'grains:' would all be equal", f->path,
-                       f->replicas);
-    }
     return status;
+}
+
+/* A scene may need one of the varied values to be accepted at all; then the first point that makes it
+ * so stands for the others. */
+static ry_status load_base(ry_sweep_run *run)
+{
+    enum { MOST_TRIES = 1000 };
+    ry_error first = {0};
+    RY_TRY(check_overrides(run));
+    ry_status status = load_scene(run, -1, &first);
+    for (int k = 0; k < run->file.n_points && k < MOST_TRIES && status == RY_BAD_INPUT; k++) {
+        status = load_scene(run, k, NULL);
+    }
+    if (status != RY_OK) {
+        return ry_fail(run->error, first.status, "%s", first.text);
+    }
+    if (run->file.replicas > 1 && !run->base.has_grains) {
+        return ry_fail(run->error, RY_BAD_INPUT,
+                       "%s: replicas: %d of a scene without 'grains:' would all be equal",
+                       run->file.path, run->file.replicas);
+    }
+    return RY_OK;
 }
 
 static ry_status sweep(ry_sweep_run *run)

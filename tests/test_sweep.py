@@ -1,0 +1,331 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+# SPDX-FileCopyrightText: 2026 the ryusa authors
+"""ryusa sweep: sampling, the table and its links, the same bits however it is run, kills and resume,
+failures, shards, and what is refused.    ctest: timeout 300"""
+import os
+import re
+import signal
+import subprocess
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+try:
+    import h5py
+    import numpy as np
+except ImportError as missing:
+    print(f"skipped: {missing}; Debian: apt install python3-h5py")
+    raise SystemExit(77)
+
+PROGRAM = os.environ["RYUSA"]
+SCENE = """\
+title: a few grains
+time: {step: 20 us, end: 20 ms, settle: 2 ms}
+grains: {columns: 6, layers: 3, seed: 3}
+fluid: {shields: 0.5}
+output: {interval: 2 ms}
+"""
+PLAIN = {key: value for key, value in os.environ.items() if not key.startswith("SLURM_")}
+
+
+class Sweep(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = Path(self.temporary.name)
+        (self.folder / "scene.yaml").write_text(SCENE)
+
+    def write(self, text, name="s.yaml"):
+        (self.folder / name).write_text("scene: scene.yaml\n" + text)
+
+    def run_program(self, *words, **environment):
+        return subprocess.run([PROGRAM, "sweep", *words], cwd=self.folder, text=True, timeout=120,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, env={**PLAIN, **environment})
+
+    def sweep(self, *words, status=0, **environment):
+        r = self.run_program("s.yaml", *words, **environment)
+        self.assertEqual(r.returncode, status, r.stdout + r.stderr)
+        return r
+
+    def refuses(self, status, *words, says=(), **environment):
+        r = self.run_program(*words, **environment)
+        self.assertEqual((r.returncode, r.stdout), (status, ""), (words, r.stderr))
+        for text in says:
+            self.assertIn(text, r.stderr)
+
+    def table(self, name="s.h5"):
+        with h5py.File(self.folder / name) as file:
+            return {f"{g}/{k}": v[()] for g in ("cases", "inputs", "points") if g in file for k, v in file[g].items()}
+
+    def hashes(self, name="s.h5"):
+        return list(self.table(name)["cases/hash"])
+
+    # --- what is run ---
+
+    def test_grid(self):
+        self.write("vary:\n  fluid.shields: {from: 0.2, to: 0.8, steps: 3, scale: log}\n"
+                   "  contact.law: [energy, cundall]\nreplicas: 2\nset: {grains.diameter: 0.4 mm, contact.alpha_cn: 0.1,"
+                   " output.fields: [flux]}\n")
+        r = self.sweep()
+        self.assertIn("12 of 12 done", r.stdout)
+        self.assertRegex(r.stderr, r"case 12 of 12 \(fluid.shields=0.8, contact.law=cundall, grains.seed=4\): q\* = ")
+        self.assertRegex(r.stderr, r"(?m)^100 %  12 of 12 cases")
+        t = self.table()
+        self.assertEqual(t["cases/status"].tolist(), [0] * 12)
+        np.testing.assert_allclose(t["inputs/fluid.shields"], np.repeat([0.2, 0.4, 0.8], 4), rtol=1e-11)
+        self.assertEqual(list(t["inputs/contact.law"]), [b"energy", b"energy", b"cundall", b"cundall"] * 3)
+        self.assertEqual(t["cases/seed"].tolist(), [3, 4] * 6)
+        self.assertEqual(t["points/replicas"].tolist(), [2] * 6)
+        np.testing.assert_allclose(t["points/q_star"], t["cases/q_star"].reshape(6, 2).mean(axis=1))
+        spread = t["cases/q_star"].reshape(6, 2).std(axis=1, ddof=1) / np.sqrt(2)
+        np.testing.assert_allclose(t["points/error_between"], spread, rtol=1e-6)
+        with h5py.File(self.folder / "s.h5") as file:
+            linked = file["results/case-0007/observables/q_star/value"]
+            self.assertEqual(len(linked), 21)
+            self.assertEqual(file["results/case-0007/parameters"].attrs["grains.diameter"], 0.4e-3)
+            self.assertEqual(file.attrs["varied"], "fluid.shields,contact.law")
+
+    def test_list_and_units(self):
+        self.write("vary:\n  grains.diameter: [0.4 mm, 5e-4]\n  fluid.shields: [0.3, 0.6]\nsample: list\n")
+        self.sweep("--quiet", "-s", "grains.layers=2")
+        t = self.table()
+        np.testing.assert_allclose(t["inputs/grains.diameter"], [4e-4, 5e-4])
+        np.testing.assert_allclose(t["inputs/fluid.shields"], [0.3, 0.6])
+        self.assertEqual(t["cases/changes"][0], b"grains.diameter=0.4 mm, fluid.shields=0.3")
+
+    def test_random(self):
+        both = "vary: {fluid.shields: {from: 0.1, to: 1.1}, contact.friction: {from: 0.1, to: 1, scale: log}}\n"
+        for sample in ("random", "latin-hypercube"):
+            self.write(both + f"sample: {sample}\nsamples: 10\n")
+            self.sweep("--force", "-s", "time.end=4 ms", "--quiet")
+            first = self.table()
+            self.sweep("--force", "-s", "time.end=4 ms", "--quiet")
+            again = self.table()
+            x = (first["inputs/fluid.shields"] - 0.1) / 1.0
+            y = 1.0 + np.log10(first["inputs/contact.friction"])
+            self.assertTrue(((x >= 0) & (x <= 1) & (y >= 0) & (y <= 1)).all())
+            self.assertEqual(first["inputs/fluid.shields"].tolist(), again["inputs/fluid.shields"].tolist())
+            if sample == "latin-hypercube":
+                for u in (x, y):
+                    self.assertEqual(sorted(np.floor(10 * u).astype(int)), list(range(10)))
+                self.assertLess(abs(np.corrcoef(x, y)[0, 1]), 0.9)
+
+    def test_same_as_run(self):
+        self.write("vary: {fluid.shields: [0.3, 0.9]}\n")
+        self.sweep("-j", "1", "-o", "one.h5")
+        self.sweep("-j", "7", "-o", "seven.h5")
+        r = subprocess.run([PROGRAM, "run", "scene.yaml", "-s", "fluid.shields=0.9"], cwd=self.folder, text=True,
+                           stdout=subprocess.PIPE, check=True)
+        alone = re.search(r"hash (0x\w+)", r.stdout).group(1).encode()
+        self.assertEqual(self.hashes("one.h5"), self.hashes("seven.h5"))
+        self.assertEqual(self.hashes("one.h5")[1], alone)
+
+    # --- stops ---
+
+    LONG = "vary: {fluid.shields: [0.3, 0.6, 0.9]}\nset: {time.end: 3 s, output.checkpoint: 0.1 s, output.fields: [flux]}\n"
+
+    def start(self, *words):
+        return subprocess.Popen([PROGRAM, "sweep", "s.yaml", *words], cwd=self.folder, text=True, env=PLAIN,
+                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+    def test_kill_and_resume(self):
+        self.write(self.LONG)
+        self.sweep("-o", "straight.h5")
+        for number in (signal.SIGKILL, signal.SIGINT, signal.SIGTERM):
+            p = self.start("--force", "-j", "2")
+            deadline = time.monotonic() + 60
+            while not any((self.folder / "s.d").glob("case-*.part")) and time.monotonic() < deadline:
+                time.sleep(0.02)
+            time.sleep(0.4)
+            p.send_signal(number)
+            _, err = p.communicate(timeout=60)
+            if number == signal.SIGKILL:
+                self.assertEqual(p.returncode, -9)
+            elif p.returncode != 0:  # a fast machine may have been done
+                self.assertEqual(p.returncode, 130, err)
+                self.assertIn("--resume goes on", err)
+                self.assertFalse((self.folder / "s.h5").exists())
+            self.refuses(4, "s.yaml", says=["--resume", "--force"])
+            self.sweep("--resume", "-j", "3")
+            self.assertEqual(self.hashes(), self.hashes("straight.h5"))
+        before = {p.name: p.stat().st_mtime_ns for p in (self.folder / "s.d").glob("case-*.h5")}
+        self.sweep("--resume")
+        self.assertEqual(before, {p.name: p.stat().st_mtime_ns for p in (self.folder / "s.d").glob("case-*.h5")})
+
+    def test_missing_case_is_run_again(self):
+        self.write("vary: {fluid.shields: [0.3, 0.6, 0.9]}\n")
+        self.sweep()
+        first = self.hashes()
+        (self.folder / "s.d/case-0002.h5").unlink()
+        (self.folder / "s.d/case-0003.txt").unlink()
+        self.sweep("--resume")
+        self.assertEqual(self.hashes(), first)
+
+    def test_killed_worker(self):
+        self.write(self.LONG.replace("time.end: 3 s", "time.end: 300 s, stop.flux_error: 0.5, stop.after: 3 s"))
+        p = self.start("-j", "2")
+        children = Path(f"/proc/{p.pid}/task/{p.pid}/children")
+        time.sleep(0.5)
+        try:
+            pids = children.read_text().split()
+        except OSError:
+            p.kill()
+            p.communicate()
+            self.skipTest("this kernel does not list children")
+        os.kill(int(pids[0]), signal.SIGKILL)
+        out, err = p.communicate(timeout=120)
+        self.assertEqual(p.returncode, 3, err)
+        self.assertIn("killed by signal 9", err)
+        self.assertEqual(sorted(self.table()["cases/status"].tolist()), [0, 0, 137])
+        self.sweep("--resume")
+        self.assertEqual(self.table()["cases/status"].tolist(), [0, 0, 0])
+
+    def test_failures(self):
+        # 2: refused, the explicit dashpot would blow up; the others are done
+        self.write("vary: {contact.alpha_cn: [0.1, 50]}\nset: {contact.law: cundall}\n")
+        r = self.sweep(status=3)
+        self.assertRegex(r.stderr, r"case 2 of 2 \(contact.alpha_cn=50\): FAILED: .*alpha_cn")
+        self.assertRegex(r.stderr, r"(?m)^ryusa: 1 of 2 cases failed, the others are done; case 2 ")
+        t = self.table()
+        self.assertEqual(t["cases/status"].tolist(), [0, 2])
+        self.assertTrue(np.isnan(t["cases/q_star"][1]))
+        self.assertIn(b"alpha_cn", t["cases/message"][1])
+        self.sweep("--resume", status=3)
+        # every case refused: the sweep is wrong, and nothing is made
+        self.write("vary: {contact.alpha_cn: [60, 50]}\nset: {contact.law: cundall}\n")
+        self.refuses(2, "s.yaml", "-o", "none.h5", says=["alpha_cn"])
+        self.write("vary: {contact.alpha_cn: [60, 50], contact.law: [cundall]}\n")
+        self.refuses(2, "s.yaml", "-o", "none.h5", says=["s.yaml: every case is refused; the first: ", "alpha_cn"])
+        self.assertFalse((self.folder / "none.d").exists())
+
+    # --- shards ---
+
+    def test_shards(self):
+        self.write("vary: {fluid.shields: [0.3, 0.5, 0.7, 0.9, 1.1]}\n")
+        self.sweep("-o", "whole.h5")
+        r = self.sweep("--shard", "2/3")
+        self.assertIn("2 of 5 done, 3 not run yet", r.stdout)
+        self.assertFalse((self.folder / "s.h5").exists())
+        self.refuses(4, "s.yaml", "--shard", "2/3", says=["--resume"])
+        self.sweep("--merge")
+        t = self.table()
+        self.assertEqual(t["cases/status"].tolist(), [-1, 0, -1, -1, 0])
+        self.assertEqual(t["points/replicas"].tolist(), [0, 1, 0, 0, 1])
+        (self.folder / "s.h5").unlink()
+        slurm = {"SLURM_ARRAY_TASK_COUNT": "3", "SLURM_ARRAY_TASK_MIN": "10", "SLURM_ARRAY_TASK_STEP": "2",
+                 "SLURM_CPUS_PER_TASK": "1"}
+        self.sweep("--resume", SLURM_ARRAY_TASK_ID="10", **slurm)
+        self.assertFalse((self.folder / "s.h5").exists())
+        self.sweep("--resume", SLURM_ARRAY_TASK_ID="14", **slurm)
+        self.assertEqual(self.hashes(), self.hashes("whole.h5"))
+        self.refuses(2, "s.yaml", says=["SLURM_ARRAY_TASK_COUNT"], SLURM_ARRAY_TASK_ID="1")
+        self.refuses(4, "s.yaml", "--merge", "-o", "nothing.h5", says=["nothing.d", "no sweep"])
+
+    def test_shards_together(self):
+        self.write("vary: {fluid.shields: [0.3, 0.5, 0.7, 0.9, 1.1]}\n")
+        tasks = [self.start("--shard", f"{k}/3") for k in (1, 2, 3)]
+        for task in tasks:
+            out, err = task.communicate(timeout=60)
+            self.assertEqual(task.returncode, 0, out + err)
+        self.assertEqual(self.table()["cases/status"].tolist(), [0] * 5)
+
+    def test_job_script(self):
+        self.write(self.LONG.replace("3 s", "400 s"))
+        script = Path(os.environ["SOURCE_DIR"]) / "params/sweep.slurm"
+        tools = self.folder / "bin"
+        tools.mkdir()
+        (tools / "scontrol").write_text('#!/bin/sh\necho "$@" > requeued\n')
+        (tools / "scontrol").chmod(0o755)
+        environment = {**PLAIN, "RYUSA": PROGRAM, "PATH": f"{tools}:{os.environ['PATH']}", "SLURM_JOB_ID": "77",
+                       "SLURM_ARRAY_JOB_ID": "70", "SLURM_ARRAY_TASK_ID": "1", "SLURM_ARRAY_TASK_COUNT": "2",
+                       "SLURM_ARRAY_TASK_MIN": "1"}
+        p = subprocess.Popen(["bash", str(script), "s.yaml", "s.h5"], cwd=self.folder, text=True, env=environment,
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        time.sleep(1.0)
+        p.send_signal(signal.SIGTERM)
+        _, err = p.communicate(timeout=60)
+        self.assertEqual(p.returncode, 130, err)
+        self.assertEqual((self.folder / "requeued").read_text(), "requeue 70_1\n")
+
+    # --- what is refused ---
+
+    def test_changed_sweep(self):
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\n")
+        self.sweep()
+        self.write("vary: {fluid.shields: [0.3, 0.7]}\n")
+        self.refuses(2, "s.yaml", "--resume", says=["vary fluid.shields was 0.3, 0.6, is 0.3, 0.7"])
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\nreplicas: 3\n")
+        self.refuses(2, "s.yaml", "--resume", says=["replicas was 1, is 3"])
+        self.write("vary: {contact.friction: [0.3, 0.6]}\n")
+        self.refuses(2, "s.yaml", "--resume", says=["vary contact.friction was not there", "vary fluid.shields was 0.3"])
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\n")
+        (self.folder / "scene.yaml").write_text(SCENE.replace("end: 20 ms", "end: 30 ms"))
+        self.refuses(2, "s.yaml", "--resume", says=["time.end was 0.02, is 0.03"])
+        self.refuses(2, "s.yaml", "--merge", says=["time.end was 0.02, is 0.03"])
+        self.assertEqual(self.table()["cases/status"].tolist(), [0, 0])
+        self.sweep("--force")
+
+    def test_bad_files(self):
+        bad = [
+            ("vary: {}\n", ["s.yaml:2: vary: nothing to vary"]),
+            ("replicas: 1\n", ["vary: nothing to vary"]),
+            ("vary:\n  fluid.shields: []\n", ["s.yaml:3: fluid.shields: an empty list"]),
+            ("vary:\n  fluid.shileds: [0.1]\n", ["s.yaml:3: fluid.shileds: unknown key", "did you mean fluid.shields?"]),
+            ("vary:\n  shields: [0.1]\n", ["s.yaml:3: shields: unknown", "did you mean fluid.shields?"]),
+            ("set:\n  contact.frictoin: 0.1\n", ["s.yaml:3: contact.frictoin", "did you mean contact.friction?"]),
+            ("vary:\n  fluid.shields: [0.1,\n  -1]\n", ["s.yaml:4: fluid.shields: -1 is out of range", "0 to 100"]),
+            ("vary:\n  fluid.shields: [0.1, 2 mm]\n", ["s.yaml:3: fluid.shields: '2 mm'"]),
+            ("vary:\n  fluid.shields: 0.3\n", ["s.yaml:3: fluid.shields: '0.3'", "under 'set'"]),
+            ("vary:\n  fluid.shields: [0.3, 0.3]\n", ["fluid.shields: the value 0.3 stands there twice"]),
+            ("vary:\n  contact.law: [energi]\n", ["s.yaml:3: contact.law", "did you mean energy?"]),
+            ("vary:\n  contact.law: {from: 1, to: 2}\n", ["s.yaml:3: contact.law: takes words"]),
+            ("vary:\n  fluid.shields: {from: 0.1, steps: 3}\n", ["no 'to'"]),
+            ("vary:\n  fluid.shields: {from: 0.1, to: 1}\n", ["the range needs 'steps'"]),
+            ("vary:\n  fluid.shields: {from: 0.1, to: 1, steps: 0}\n", ["0 is out of range"]),
+            ("vary:\n  fluid.shields: {from: 0, to: 1, steps: 4, scale: log}\n", ["above 0"]),
+            ("vary:\n  fluid.shields: {from: 0, to: 1, steps: 4, scale: cubic}\n", ["linear and log"]),
+            ("vary:\n  fluid.shields: {from: 0, to: 1, setps: 4}\n", ["'setps'", "from, to, steps, scale"]),
+            ("vary:\n  fluid.shields: [0.1, 0.2]\nsamples: 3\n", ["s.yaml:4: samples: only"]),
+            ("vary:\n  fluid.shields: [0.1, 0.2]\nsample: random\n", ["s.yaml:4: samples: how many?"]),
+            ("vary:\n  fluid.shields: [0.1, 0.2]\nsample: cubic\n", ["s.yaml:4: sample: 'cubic'", "latin-hypercube"]),
+            ("vary:\n  fluid.shields: [0.1]\n  contact.friction: [0.1, 0.2]\nsample: list\n",
+             ["s.yaml:4: contact.friction: 2 values, but fluid.shields has 1"]),
+            ("vary:\n  grains.seed: [1, 2]\nreplicas: 2\n", ["s.yaml:3: grains.seed: can't be varied"]),
+            ("vary:\n  grains.seed: {from: 1, to: 200000, steps: 200}\n  fluid.shields: {from: 0.1, to: 1, steps: 600}\n",
+             ["120000 cases; at most 100000"]),
+            ("vray:\n  fluid.shields: [0.1]\n", ["s.yaml:2: 'vray'", "did you mean vary?"]),
+            ("replicas: two\n", ["s.yaml:2: replicas: 'two' is not a number"]),
+            ("replicas: 2.5\n", ["s.yaml:2: replicas: 2.5 is not a whole number"]),
+            ("vary: {fluid.shields: [0.1]}\nvary: {fluid.shields: [0.1]}\n", ["s.yaml:3: vary: stands here for the second"]),
+            ("vary: {fluid.shields: [0.1}\n", ["s.yaml:2: not valid YAML"]),
+            ("scene: other.yaml\n", ["second time"]),
+        ]
+        for text, says in bad:
+            self.write(text)
+            self.refuses(2, "s.yaml", says=says)
+        (self.folder / "s.yaml").write_text("vary: {fluid.shields: [0.1]}\n")
+        self.refuses(2, "s.yaml", says=["scene: not given"])
+        (self.folder / "s.yaml").write_text("scene: nowhere.yaml\nvary: {fluid.shields: [0.1]}\n")
+        self.refuses(4, "s.yaml", says=["nowhere.yaml: can't be opened"])
+        self.refuses(4, "nowhere.yaml", says=["nowhere.yaml"])
+        self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["s.yaml", "scene.yaml"])
+
+    def test_bad_command_lines(self):
+        self.write("vary: {fluid.shields: [0.3]}\n")
+        self.refuses(2, says=["which sweep file"])
+        for shard in ("0/2", "3/2", "1", "1/", "a/b", "1/2x"):
+            self.refuses(2, "s.yaml", "--shard", shard, says=["--shard", "I/N"])
+        self.refuses(2, "s.yaml", "-j", "0", says=["1 to 1024"])
+        self.refuses(2, "s.yaml", "--resume", "--force", says=["--resume", "--force"])
+        self.refuses(2, "s.yaml", "-s", "fluid.shields=0.2", says=["fluid.shields", "varies this key, in line 2 of s.yaml"])
+        self.refuses(4, "s.yaml", "-o", "nowhere/s.h5", says=["nowhere"])
+        (self.folder / "full.d").mkdir()
+        (self.folder / "full.d/mine.txt").write_text("mine")
+        self.refuses(4, "s.yaml", "-o", "full.h5", "--force", says=["full.d", "holds no sweep"])
+        self.assertEqual([p.name for p in (self.folder / "full.d").iterdir()], ["mine.txt"])
+
+
+if __name__ == "__main__":
+    unittest.main()
