@@ -114,6 +114,9 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
             near->t_nz[k] = nz;
             near->t_jn[k] = p.dashpot * per_ims;
         }
+        if (!(features & RY_CONTACT_FRICTION)) {
+            near->pt[k] = 0.0;
+        }
         near->px[k] = px;
         near->pz[k] = pz;
         near->rest[k] = p.rest;
@@ -214,7 +217,7 @@ static void open_contact(const ry_contact *c, const ry_grains *g, ry_pairs *pair
     if ((c->features & RY_CONTACT_LEDGER) && (c->features & RY_CONTACT_FRICTION)) {
         c->loss_opening[pairs->i[p]] += tangential_energy(c, g, pairs, p, ry_contact_gap(c, g, pairs, p));
     }
-    pairs->px[p] = pairs->pz[p] = pairs->pt[p] = 0.0;
+    memset(pairs->slot[p], 0, sizeof pairs->slot[p]);
     pairs->slip[p] = pairs->rest[p] = 0.0;
     pairs->age[p] = 0;
     if (c->moves) {
@@ -309,21 +312,22 @@ RY_CLONES static void collect(const ry_contact *c, const ry_grains *g, ry_pairs 
 
 static void store(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
 {
-    double *restrict const px = pairs->px, *restrict const pz = pairs->pz, *restrict const pt = pairs->pt;
+    double (*restrict const slot)[RY_SLOT] = pairs->slot;
     double *restrict const rest = pairs->rest, *restrict const slip = pairs->slip;
     double *restrict const sx = pairs->sx, *restrict const sz = pairs->sz;
     uint8_t *restrict const age = pairs->age;
     const int32_t n = near->n;
     for (int32_t k = 0; k < n; k++) {
         const int32_t p = near->pair[k];
-        px[p] = near->px[k];
-        pz[p] = near->pz[k];
+        slot[p][RY_SLOT_X] = near->px[k];
+        slot[p][RY_SLOT_Z] = near->pz[k];
+        slot[p][RY_SLOT_TURN] = near->pt[k];
+        slot[p][RY_SLOT_TOUCH] = 1.0;
         rest[p] = near->rest[k];
         age[p] = (uint8_t)near->age[k];
     }
     if (c->features & RY_CONTACT_FRICTION) {
         for (int32_t k = 0; k < n; k++) {
-            pt[near->pair[k]] = near->pt[k];
             slip[near->pair[k]] = near->slip[k];
         }
     }

@@ -54,16 +54,21 @@ static void book_run(const ry_contact *c, const ry_motion *m, ry_state *state, c
 
 /* Mean velocities of this step, and the fluid's part of their work. */
 RY_CLONES static void mean_and_fluid(const ry_motion *m, const ry_grains *g, double *restrict fluid_work,
-                           int32_t begin, int32_t end)
+                                     int32_t begin, int32_t end)
 {
+    const double *const im = m->im, *const cx = m->cx, *const cz = m->cz, *const ct = m->ct;
+    const double *const gx = m->gx, *const gz = m->gz, *const weight = m->weight, *const gain = m->spin_gain;
+    const double *const vx = g->vx, *const vz = g->vz, *const spin = g->spin, *const r = g->radius;
+    double *const mean_x = m->mean_x, *const mean_z = m->mean_z, *const turn = m->mean_turn;
+#pragma omp simd
     for (int32_t k = begin; k < end; k++) {
-        const double im = m->im[k], mass = im > 0.0 ? 1.0 / im : 0.0;
-        const double x = g->vx[k] + 0.5 * (m->cx[k] * im + m->gx[k]);
-        const double z = g->vz[k] + 0.5 * (m->cz[k] * im + m->gz[k]);
-        m->mean_x[k] = x;
-        m->mean_z[k] = z;
-        m->mean_turn[k] = (g->spin[k] + 0.5 * m->ct[k] * m->spin_gain[k]) * g->radius[k];
-        fluid_work[k] += mass * (m->gx[k] * x + (m->gz[k] - m->weight[k]) * z);
+        const double mass = im[k] > 0.0 ? 1.0 / im[k] : 0.0;
+        const double x = vx[k] + 0.5 * (cx[k] * im[k] + gx[k]);
+        const double z = vz[k] + 0.5 * (cz[k] * im[k] + gz[k]);
+        mean_x[k] = x;
+        mean_z[k] = z;
+        turn[k] = (spin[k] + 0.5 * ct[k] * gain[k]) * r[k];
+        fluid_work[k] += mass * (gx[k] * x + (gz[k] - weight[k]) * z);
     }
 }
 

@@ -3,6 +3,7 @@
 #include "stage/motion.h"
 
 #include <stdlib.h>
+#include <string.h>
 
 #include "base/memory.h"
 #include "base/parallel.h"
@@ -40,31 +41,33 @@ void ry_motion_free(ry_motion *m)
 
 /* ---- gather --------------------------------------------------------------------------------- */
 
+/* Four doubles that are added at once: a slot. */
+typedef double ry_four __attribute__((vector_size(4 * sizeof(double)), aligned(8)));
+
 /* Ascending id of the partner: those with lower ids (where the grain is the partner of the pair), its
  * own row, then the walls. */
-static void gather_range(const ry_motion *m, ry_pairs *pairs, int32_t begin, int32_t end)
+RY_CLONES static void gather_range(const ry_motion *m, ry_pairs *pairs, int32_t begin, int32_t end)
 {
-    const double *const px = pairs->px, *const pz = pairs->pz, *const pt = pairs->pt;
+    const double (*const slot)[RY_SLOT] = (const double (*)[RY_SLOT])pairs->slot;
+    const int32_t *const below = pairs->below, *const below_start = pairs->below_start;
+    const int32_t *const row = pairs->row;
+    const ry_four opposite = {-1.0, -1.0, 1.0, 1.0};
     for (int32_t k = begin; k < end; k++) {
-        double x = 0.0, z = 0.0, t = 0.0;
-        int32_t crowd = pairs->crowd[k] & RY_CROWD_FIXED;
-        for (int32_t b = pairs->below_start[k]; b < pairs->below_start[k + 1]; b++) {
-            const int32_t p = pairs->below[b];
-            crowd += pairs->age[p] != 0;
-            x -= px[p];
-            z -= pz[p];
-            t += pt[p];
+        ry_four sum = {0.0, 0.0, 0.0, 0.0};
+        for (int32_t b = below_start[k]; b < below_start[k + 1]; b++) {
+            ry_four other;
+            memcpy(&other, slot[below[b]], sizeof other);
+            sum += opposite * other;
         }
-        for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
-            crowd += pairs->age[p] != 0;
-            x += px[p];
-            z += pz[p];
-            t += pt[p];
+        for (int32_t p = row[k]; p < row[k + 1]; p++) {
+            ry_four own;
+            memcpy(&own, slot[p], sizeof own);
+            sum += own;
         }
-        pairs->crowd[k] = crowd;
-        m->cx[k] = x;
-        m->cz[k] = z;
-        m->ct[k] = t;
+        m->cx[k] = sum[RY_SLOT_X];
+        m->cz[k] = sum[RY_SLOT_Z];
+        m->ct[k] = sum[RY_SLOT_TURN];
+        pairs->crowd[k] = (pairs->crowd[k] & RY_CROWD_FIXED) + (int32_t)sum[RY_SLOT_TOUCH];
     }
 }
 
@@ -72,10 +75,10 @@ static void gather_walls(const ry_motion *m, ry_pairs *pairs)
 {
     for (int32_t p = pairs->n_inner; p < pairs->n; p++) { /* wall by wall, so in ascending id */
         const int32_t k = pairs->i[p];
-        pairs->crowd[k] += pairs->age[p] != 0;
-        m->cx[k] += pairs->px[p];
-        m->cz[k] += pairs->pz[p];
-        m->ct[k] += pairs->pt[p];
+        m->cx[k] += pairs->slot[p][RY_SLOT_X];
+        m->cz[k] += pairs->slot[p][RY_SLOT_Z];
+        m->ct[k] += pairs->slot[p][RY_SLOT_TURN];
+        pairs->crowd[k] += (int32_t)pairs->slot[p][RY_SLOT_TOUCH];
     }
 }
 
@@ -149,6 +152,7 @@ RY_CLONES static double integrate_range(const ry_motion *m, ry_grains *g, double
     const double right = m->periodic ? m->length : 1e300;
     const double left = m->periodic ? 0.0 : -1e300;
     double longest = 0.0;
+#pragma omp simd reduction(max : longest)
     for (int32_t k = begin; k < end; k++) {
         const int touched = (cx[k] != 0.0) | (cz[k] != 0.0);
         const double ux = vx[k] + cx[k] * im[k] + gx[k];

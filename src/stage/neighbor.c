@@ -420,9 +420,7 @@ ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pair
     cut_chunks(pairs);
 
     const size_t bytes = (size_t)pairs->n * sizeof(double);
-    memset(pairs->px, 0, bytes);
-    memset(pairs->pz, 0, bytes);
-    memset(pairs->pt, 0, bytes);
+    memset(pairs->slot, 0, (size_t)pairs->n * sizeof *pairs->slot);
     if (pairs->sx != NULL) {
         memset(pairs->sx, 0, bytes);
         memset(pairs->sz, 0, bytes);

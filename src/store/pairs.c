@@ -49,9 +49,7 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
     RY_TRY(make(&pairs->slip, room, sizeof *pairs->slip, error));
     RY_TRY(make(&pairs->rest, room, sizeof *pairs->rest, error));
     RY_TRY(make(&pairs->age, room, sizeof *pairs->age, error));
-    RY_TRY(make(&pairs->px, room, sizeof *pairs->px, error));
-    RY_TRY(make(&pairs->pz, room, sizeof *pairs->pz, error));
-    RY_TRY(make(&pairs->pt, room, sizeof *pairs->pt, error));
+    RY_TRY(make(&pairs->slot, room, sizeof *pairs->slot, error));
     if (pairs->sx != NULL) {
         RY_TRY(make(&pairs->sx, room, sizeof *pairs->sx, error));
         RY_TRY(make(&pairs->sz, room, sizeof *pairs->sz, error));
@@ -72,7 +70,7 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
 void ry_pairs_free(ry_pairs *pairs)
 {
     void *const arrays[] = {pairs->crowd, pairs->place, pairs->i,   pairs->j,     pairs->slip,        pairs->rest,
-                            pairs->age,   pairs->px,  pairs->pz,    pairs->pt,          pairs->sx,
+                            pairs->age,   pairs->slot,          pairs->sx,
                             pairs->sz,    pairs->touching, pairs->n_touching, pairs->row, pairs->below, pairs->below_start, pairs->chunk};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);

@@ -16,6 +16,8 @@
 
 #include "store/state.h"
 
+enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_TOUCH, RY_SLOT };
+
 typedef struct ry_pairs {
     int32_t n_grains; /* grains the list was made for */
     int32_t *place;   /* n_grains: storage index of an id */
@@ -26,8 +28,10 @@ typedef struct ry_pairs {
     int32_t *i, *j;   /* storage index of the owner and its partner; n_grains + w for wall w */
     double *slip, *rest; /* as in ry_contacts */
     uint8_t *age;     /* steps in touch so far, up to 255; 0: did not touch in the last step */
-    double *px, *pz;  /* impulse of the last step on the owner; the partner gets the opposite [N s] */
-    double *pt;       /* angular impulse per radius, the same sign on both [N s] */
+    /* What the last step gives: impulse along x and z on the owner (the partner gets the opposite),
+     * angular impulse per radius (the same on both) [N s], and 1 if the pair touches. Side by side, because
+     * a grain fetches all four of a pair that may lie anywhere. */
+    double (*slot)[RY_SLOT];
     double *sx, *sz;  /* shift x reduced mass, on the owner; NULL unless the law moves [kg m] */
 
     int32_t *crowd;       /* n_grains + RY_MAX_WALLS: contacts of a grain in the last step; what can't move: many */
