@@ -351,7 +351,10 @@ static ry_status read_entry(parser *p, const yaml_node_t *key, const yaml_node_t
     }
     p->line[k] = (int)key->start_mark.line + 1;
     switch (k) {
-    case K_TITLE: return check_value(p, "title", key, value);
+    case K_TITLE:
+        RY_TRY(check_value(p, "title", key, value));
+        p->file->title = strdup(ry_yaml_text(value));
+        return p->file->title != NULL ? RY_OK : no_memory(p);
     case K_SCENE: return read_scene(p, value);
     case K_SET: return read_set(p, value);
     case K_VARY: return read_vary(p, value);
@@ -485,6 +488,7 @@ void ry_sweep_file_free(ry_sweep_file *file)
     free(file->value);
     free(file->axis);
     free(file->set);
+    free(file->title);
     free(file->scene);
     free(file->text);
     free(file->path);

@@ -9,10 +9,10 @@
 #include "ryusa/config.h"
 
 /* RY_NAME(enum value, "word in a sweep file") */
-#define RY_LIST_sampling(RY_NAME)                                           \
-    RY_NAME(RY_SAMPLING_GRID, "grid")                                       \
-    RY_NAME(RY_SAMPLING_LIST, "list") RY_NAME(RY_SAMPLING_RANDOM, "random") \
-        RY_NAME(RY_SAMPLING_LATIN, "latin-hypercube")
+#define RY_LIST_sampling(RY_NAME)     \
+    RY_NAME(RY_SAMPLING_GRID, "grid") \
+    RY_NAME(RY_SAMPLING_LIST, "list") \
+    RY_NAME(RY_SAMPLING_RANDOM, "random") RY_NAME(RY_SAMPLING_LATIN, "latin-hypercube")
 #define RY_NAME_ENUM(value, word) value,
 typedef enum { RY_LIST_sampling(RY_NAME_ENUM) RY_SAMPLING_COUNT } ry_sampling;
 #undef RY_NAME_ENUM
@@ -32,6 +32,7 @@ typedef struct ry_axis {
 
 typedef struct ry_sweep_file {
     char *path, *text, *scene; /* the file, what stands in it, the scene it names; owned */
+    char *title;               /* NULL: none; owned */
     char **set;                /* "key=value" for every case; owned */
     int n_set;
     ry_axis *axis;

@@ -249,7 +249,8 @@ static void write_head(const ry_sweep_run *run, ry_table_file *f)
     ry_table_file_texts(f, "sweep_text", "the sweep file", 1, &sweep_text);
     ry_table_file_texts(f, "scene_text", "the scene, with what the sweep sets", 1, &scene_text);
     ry_table_file_set_text(f, "/", "varied", keys != NULL ? keys : "");
-    ry_table_file_set_text(f, "/", "title", run->base.title);
+    ry_table_file_set_text(f, "/", "title",
+                           run->file.title != NULL ? run->file.title : run->base.title);
     ry_table_file_set_text(f, "/", "sample", ry_sweep_file_sampling(&run->file));
     ry_table_file_set_number(f, "/", "replicas", run->file.replicas);
     ry_table_file_set_text(
