@@ -35,7 +35,7 @@ typedef struct scene {
     ry_sim *sim;
 } scene;
 
-static void close_scene(scene *s)
+MAYBE_UNUSED static void close_scene(scene *s)
 {
     ry_sim_free(s->sim);
     ry_config_free(&s->config);
@@ -88,7 +88,7 @@ LIKE_PRINTF(3) static scene *open_file(const char *name, int threads, const char
     return start_scene(s, ry_config_load(&s->config, path, overrides, n, &error), threads, &error);
 }
 
-static void step_scene(const scene *s, long long n)
+MAYBE_UNUSED static void step_scene(const scene *s, long long n)
 {
     ry_error error = {0};
     if (ry_sim_step(s->sim, n, &error) != RY_OK) {

@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * The neighbour list against looking at every pair: random clouds with sizes 1 to 5, bounded and
+ * periodic, down to domains of one cell across. */
+#include "scene_bench.h"
+#include "stage/neighbor.h"
+
+typedef struct cloud {
+    ry_state state;
+    ry_neighbor neighbor;
+    ry_pairs pairs;
+} cloud;
+
+static void make_cloud(cloud *c, int n, int periodic, double length, double height, double largest, double skin)
+{
+    ry_error error = {0};
+    *c = (cloud){0};
+    assert_int_equal(ry_state_create(&c->state, n, 0, 0, &error), RY_OK);
+    ry_grains *const g = &c->state.grains;
+    for (int k = 0; k < n; k++) {
+        g->id[k] = (k * 7 + 3) % n; /* n is no multiple of 7 */
+        g->radius[k] = 0.5 * evenly(0.2 * largest, largest);
+        g->x[k] = evenly(0.0, length) + (periodic ? 0.0 : -0.5 * length);
+        g->z[k] = evenly(-0.2 * height, height);
+        g->fixed[k] = k % 5 == 0;
+        g->density[k] = 1.0;
+    }
+    c->neighbor = (ry_neighbor){.length = length, .periodic = periodic, .skin = skin, .n_walls = 1,
+                                .wall = {RY_WALL_FLOOR}};
+    assert_int_equal(ry_neighbor_create(&c->neighbor, g, 1, &error), RY_OK);
+    assert_int_equal(ry_pairs_create(&c->pairs, n, 1, 0, 0, &error), RY_OK);
+    if (ry_neighbor_rebuild(&c->neighbor, g, &c->pairs, &error) != RY_OK) {
+        fail_msg("%s", error.text);
+    }
+}
+
+static void free_cloud(cloud *c)
+{
+    ry_neighbor_free(&c->neighbor);
+    ry_pairs_free(&c->pairs);
+    ry_state_free(&c->state);
+}
+
+static double distance(const cloud *c, int i, int j)
+{
+    const ry_grains *const g = &c->state.grains;
+    double dx = g->x[j] - g->x[i];
+    if (c->neighbor.periodic) {
+        dx -= c->neighbor.length * nearbyint(dx / c->neighbor.length);
+    }
+    return hypot(dx, g->z[j] - g->z[i]);
+}
+
+/* Slots of a pair, whichever owns it; the owner has the lower id. */
+static int count_slots(const cloud *c, int i, int j)
+{
+    const ry_grains *const g = &c->state.grains;
+    const int owner = g->id[i] < g->id[j] ? i : j, partner = owner == i ? j : i;
+    int found = 0;
+    for (int p = c->pairs.row[owner]; p < c->pairs.row[owner + 1]; p++) {
+        assert_int_equal(c->pairs.i[p], owner);
+        found += c->pairs.j[p] == partner;
+    }
+    return found;
+}
+
+/* Every pair that could touch before the next rebuild is listed once; none is listed twice, none with
+ * itself; the partners of an owner have ascending ids; two fixed grains need no slot. */
+static void check_cloud(const cloud *c)
+{
+    const ry_grains *const g = &c->state.grains;
+    for (int i = 0; i < g->n; i++) {
+        for (int j = i + 1; j < g->n; j++) {
+            const double gap = distance(c, i, j) - g->radius[i] - g->radius[j];
+            const int slots = count_slots(c, i, j), both_fixed = g->fixed[i] && g->fixed[j];
+            assert_true(slots <= 1);
+            if (gap <= c->neighbor.skin && !both_fixed && slots != 1) {
+                fail_msg("grains %d and %d, %g apart with a skin of %g, are not listed (length %g)", i, j, gap,
+                         c->neighbor.skin, c->neighbor.length);
+            }
+        }
+        for (int p = c->pairs.row[i] + 1; p < c->pairs.row[i + 1]; p++) {
+            assert_true(g->id[c->pairs.j[p]] > g->id[c->pairs.j[p - 1]]);
+        }
+        const int32_t floor_slot = c->pairs.wall_slot[0][i];
+        if (g->z[i] - g->radius[i] <= c->neighbor.skin && !g->fixed[i]) {
+            assert_true(floor_slot >= c->pairs.n_inner && floor_slot < c->pairs.n);
+            assert_int_equal(c->pairs.i[floor_slot], i);
+        }
+    }
+}
+
+static void test_against_all_pairs(void **state)
+{
+    (void)state;
+    set_seed("neighbours", 21);
+    for (int k = 0; k < 120; k++) {
+        const int periodic = k % 2, n = 20 + (k * 13) % 180;
+        const double largest = 1.0, skin = evenly_log(0.01, 1.0);
+        /* the smallest domain in which no grain meets another twice, up to many cells */
+        const double least = 2.0 * (largest + skin), length = k % 3 == 0 ? least * evenly(1.0, 2.5) : evenly(8.0, 40.0);
+        cloud c;
+        make_cloud(&c, n % 7 == 0 ? n + 1 : n, periodic, length, evenly(0.5, 20.0), largest, skin);
+        check_cloud(&c);
+        free_cloud(&c);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_against_all_pairs),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
