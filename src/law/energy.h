@@ -67,12 +67,12 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     const double leave = t.g - sqrt(t.g * t.g + motion2 + q.a * stretch * stretch);
     const double after = is_new | (stretch + stay > 0.0) ? stay : leave;
     const int parts = is_new & (t.w <= 0.0); /* passing obliquely, parting already: let them go */
-    const double impact = stretch > 0.0 && !parts ? after - t.w - t.g : 0.0;
+    const double impact = (stretch > 0.0) | is_new ? after - t.w - t.g : 0.0;
 
     const double spring = q.a * stretch;
     const double enduring = ry_min(-(spring + q.c * t.w), 0.0);
     ry_push p;
-    p.f = is_impact ? impact : enduring;
+    p.f = parts ? 0.0 : (is_impact ? impact : enduring);
     p.shift = 0.0;
     p.rest = is_new ? (parts ? t.d : t.d - stretch) : rest;
     p.impact = is_new & !parts ? close.lost : 0.0;
