@@ -76,10 +76,10 @@ typedef struct impact {
 } impact;
 
 typedef struct entry {
-    double w, d;        /* approach and overlap when the contact is first seen, 0 < d <= w */
-    double im_i, im_j;  /* inverse masses; im_j = 0: a wall */
-    double centre;      /* common velocity of both */
-    int most;           /* steps at which to stop; 0: when they are apart */
+    double w, d;       /* approach and overlap when the contact is first seen, 0 < d <= w */
+    double im_i, im_j; /* inverse masses; im_j = 0: a wall */
+    double centre;     /* common velocity of both */
+    int most;          /* steps at which to stop; 0: when they are apart */
 } entry;
 
 /* Runs an impact until the bodies are apart, with the memory that stage/contact.c keeps. */

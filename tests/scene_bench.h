@@ -133,7 +133,8 @@ MAYBE_UNUSED static totals totals_of(const scene *s)
         const double r = v.radius[k], m = 4.0 / 3.0 * M_PI * r * r * r * v.density[k];
         const double inertia = 0.4 * m * r * r, p = m * hypot(v.vx[k], v.vz[k]);
         if (!v.fixed[k]) {
-            t.kinetic += 0.5 * (m * (v.vx[k] * v.vx[k] + v.vz[k] * v.vz[k]) + inertia * v.spin[k] * v.spin[k]);
+            t.kinetic += 0.5 * (m * (v.vx[k] * v.vx[k] + v.vz[k] * v.vz[k]) +
+                                inertia * v.spin[k] * v.spin[k]);
             t.px += m * v.vx[k];
             t.pz += m * v.vz[k];
             t.angular += m * (v.z[k] * v.vx[k] - v.x[k] * v.vz[k]) + inertia * v.spin[k];

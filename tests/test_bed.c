@@ -45,12 +45,16 @@ static void test_settling(void **state)
             for (int k = 0; k < 3; k++) {
                 const int slowly = alpha_m[i] > 100.0 && alpha_cn[k] < 1.0;
                 const double end = ends[i][k];
-                const double gravity = alpha_m[i] > 100.0 ? 6.1 : 9.81; /* in water, or the bed is too soft */
-                scene *const s = open_file("settle.yaml", 1, "grains.seed=%d contact.alpha_m=%g contact.alpha_cn=%g "
-                                           "time.end=%g domain.gravity=%g", seed, alpha_m[i], alpha_cn[k], end, gravity);
-                const double half = largest(s, 0.4 * end, 0.5 * end), last = largest(s, 0.8 * end, end);
-                printf("settle, seed %d, alpha_m %g, alpha_cn %g: agitation %.1e, then %.1e\n", seed, alpha_m[i],
-                       alpha_cn[k], half, last);
+                const double gravity =
+                    alpha_m[i] > 100.0 ? 6.1 : 9.81; /* in water, or the bed is too soft */
+                scene *const s = open_file("settle.yaml", 1,
+                                           "grains.seed=%d contact.alpha_m=%g contact.alpha_cn=%g "
+                                           "time.end=%g domain.gravity=%g",
+                                           seed, alpha_m[i], alpha_cn[k], end, gravity);
+                const double half = largest(s, 0.4 * end, 0.5 * end),
+                             last = largest(s, 0.8 * end, end);
+                printf("settle, seed %d, alpha_m %g, alpha_cn %g: agitation %.1e, then %.1e\n",
+                       seed, alpha_m[i], alpha_cn[k], half, last);
                 failed += slowly ? !(last < 0.5 * half) : !(last <= 1e-12);
                 close_scene(s);
             }
@@ -76,7 +80,8 @@ static void test_threshold(void **state)
 static void test_stress_balance(void **state)
 {
     (void)state;
-    scene *const s = open_file("flume.yaml", 1, "fluid.shields=0.4 grains.columns=40 grains.layers=6 time.end=20");
+    scene *const s = open_file("flume.yaml", 1,
+                               "fluid.shields=0.4 grains.columns=40 grains.layers=6 time.end=20");
     const ry_measure *const m = &s->sim->plan.measure;
     const ry_derived q = ry_config_derive(&s->config);
     run_until(s, 2.5);
@@ -88,26 +93,29 @@ static void test_stress_balance(void **state)
         step_scene(s, q.steps_series);
         ry_sim_profile(s->sim);
     }
-    const double drift = (totals_of(s).px - start_momentum) / ((end - 2.5) * q.length * q.d * q.shear_stress);
+    const double drift =
+        (totals_of(s).px - start_momentum) / ((end - 2.5) * q.length * q.d * q.shear_stress);
     double worst = 0.0, worst_z = 0.0;
     for (int k = 0; k < m->nz; k++) {
         const double z = (k + 0.5) * m->dz;
-        const double sum = (m->tau_fluid[k] + m->tau_grain[k]) / (double)m->samples / q.shear_stress;
+        const double sum =
+            (m->tau_fluid[k] + m->tau_grain[k]) / (double)m->samples / q.shear_stress;
         if (z > 0.5 * q.d && fabs(sum - 1.0) > worst) {
             worst = fabs(sum - 1.0);
             worst_z = z;
         }
         if (getenv("RY_PROFILE") != NULL && z < 9.0 * q.d) {
-            printf("%6.3f d: phi %.3f fluid %.4f grains %.4f sum %.4f\n", z / q.d, m->phi[k] / (double)m->samples,
+            printf("%6.3f d: phi %.3f fluid %.4f grains %.4f sum %.4f\n", z / q.d,
+                   m->phi[k] / (double)m->samples,
                    m->tau_fluid[k] / (double)m->samples / q.shear_stress,
                    m->tau_grain[k] / (double)m->samples / q.shear_stress, sum);
         }
     }
     const ry_sample end_sample = ry_sim_sample(s->sim);
-    const double lost = end_sample.loss_impact + end_sample.loss_dashpot + end_sample.loss_friction +
-                        end_sample.loss_opening;
-    printf("stress balance: off by at most %.2f %% of tau_b, at z = %.2f d (grains took %.2f %%)\n", 100.0 * worst,
-           worst_z / q.d, 100.0 * drift);
+    const double lost = end_sample.loss_impact + end_sample.loss_dashpot +
+                        end_sample.loss_friction + end_sample.loss_opening;
+    printf("stress balance: off by at most %.2f %% of tau_b, at z = %.2f d (grains took %.2f %%)\n",
+           100.0 * worst, worst_z / q.d, 100.0 * drift);
     const double integration = end_sample.integration / lost;
     printf("sheared bed: integration %.1e of the losses; the goal of 1e-3 is %s\n", integration,
            fabs(integration) <= 1e-3 ? "reached" : "MISSED");
@@ -136,8 +144,10 @@ static void test_flux(void **state)
             sum += ry_sim_sample(s->sim).q_star;
         }
         close_scene(s);
-        const double q = sum / n, a = ry_relation_flux(wong, shields[k]), b = ry_relation_flux(ashida, shields[k]);
-        printf("shields %g: q* = %.3g; Wong & Parker %.3g, Ashida & Michiue %.3g\n", shields[k], q, a, b);
+        const double q = sum / n, a = ry_relation_flux(wong, shields[k]),
+                     b = ry_relation_flux(ashida, shields[k]);
+        printf("shields %g: q* = %.3g; Wong & Parker %.3g, Ashida & Michiue %.3g\n", shields[k], q,
+               a, b);
         assert_true(q >= 0.5 * fmin(a, b) && q <= 2.0 * fmax(a, b));
     }
 }

@@ -27,25 +27,29 @@ typedef struct golden {
 } golden;
 
 static const golden table[] = {
-    {"settle.yaml", "grains.columns=12 grains.layers=6",
-     1500, 0xddac6b35e4992003u},
-    {"settle.yaml", "grains.columns=12 grains.layers=6 contact.law=fujioka-2",
-     600, 0xee9c73fa6773ba63u},
-    {"settle.yaml", "grains.columns=12 grains.layers=6 contact.law=fujioka-2-printed grains.spread=0",
-     600, 0xa0c53cc71befa8e6u},
+    {"settle.yaml", "grains.columns=12 grains.layers=6", 1500, 0xddac6b35e4992003u},
+    {"settle.yaml", "grains.columns=12 grains.layers=6 contact.law=fujioka-2", 600,
+     0xee9c73fa6773ba63u},
+    {"settle.yaml",
+     "grains.columns=12 grains.layers=6 contact.law=fujioka-2-printed grains.spread=0", 600,
+     0xa0c53cc71befa8e6u},
     {"settle.yaml", "grains.columns=12 grains.layers=6 contact.law=fujioka-1 contact.friction=0",
      600, 0x4d5f64f2c1a661a4u},
     {"settle.yaml", "grains.columns=12 grains.layers=6 contact.law=cundall contact.alpha_cn=0.1",
      600, 0xf06d46f917c8a4b2u},
-    {"settle.yaml", "grains.columns=12 grains.layers=6 contact.law=cundall-tension grains.packing=random contact.alpha_cn=0.1",
+    {"settle.yaml",
+     "grains.columns=12 grains.layers=6 contact.law=cundall-tension grains.packing=random contact.alpha_cn=0.1",
      600, 0x8349e585b25efe43u},
-    {"settle.yaml", "grains.columns=12 grains.layers=6 contact.law=tanaka domain.periodic=false domain.walls=true domain.floor=flat",
+    {"settle.yaml",
+     "grains.columns=12 grains.layers=6 contact.law=tanaka domain.periodic=false domain.walls=true domain.floor=flat",
      600, 0x572ae99e1020bb6bu},
-    {"flume.yaml", "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.shields=0.8",
-     3000, 0xace2d721ce8b4d3du},
-    {"flume.yaml", "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.model=stress fluid.drag=schiller-naumann fluid.shields=0.8",
+    {"flume.yaml", "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.shields=0.8", 3000,
+     0xace2d721ce8b4d3du},
+    {"flume.yaml",
+     "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.model=stress fluid.drag=schiller-naumann fluid.shields=0.8",
      2000, 0x2844e30ec8f5f8dfu},
-    {"flume.yaml", "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.model=log fluid.drag=ferguson-church fluid.shields=0.8 fluid.lift=0.2 output.fields=energy",
+    {"flume.yaml",
+     "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.model=log fluid.drag=ferguson-church fluid.shields=0.8 fluid.lift=0.2 output.fields=energy",
      2000, 0x9830d5b00534397du},
 };
 enum { SCENES = sizeof table / sizeof *table };
@@ -67,9 +71,11 @@ static void test_golden(void **state)
         const unsigned long long hash = hash_of(&table[k], 1, "");
         changed += hash != table[k].hash;
         if (getenv("RY_UPDATE") != NULL) {
-            printf("    {\"%s\", \"%s\",\n     %lld, 0x%016llxu},\n", table[k].file, table[k].overrides, table[k].steps, hash);
+            printf("    {\"%s\", \"%s\",\n     %lld, 0x%016llxu},\n", table[k].file,
+                   table[k].overrides, table[k].steps, hash);
         } else if (hash != table[k].hash) {
-            printf("%s %s: 0x%016llx, not 0x%016llx\n", table[k].file, table[k].overrides, hash, table[k].hash);
+            printf("%s %s: 0x%016llx, not 0x%016llx\n", table[k].file, table[k].overrides, hash,
+                   table[k].hash);
         }
     }
     assert_true(changed == 0 || getenv("RY_UPDATE") != NULL);
@@ -77,12 +83,14 @@ static void test_golden(void **state)
 
 /* ---- what may not matter ---------------------------------------------------------------------------- */
 
-static void check_same(const char *what, int scene_index, int threads, const char *more, unsigned long long as)
+static void check_same(const char *what, int scene_index, int threads, const char *more,
+                       unsigned long long as)
 {
     const golden *const g = &table[scene_index];
     const unsigned long long hash = hash_of(g, threads, more);
     if (hash != as) {
-        fail_msg("%s %s: %s %s: 0x%016llx, not 0x%016llx", g->file, g->overrides, what, more, hash, as);
+        fail_msg("%s %s: %s %s: 0x%016llx, not 0x%016llx", g->file, g->overrides, what, more, hash,
+                 as);
     }
 }
 
@@ -104,7 +112,8 @@ static void test_skin_and_order(void **state)
 {
     (void)state;
     const char *const knobs[] = {
-        "numerics.skin=0.05", "numerics.skin=0.12", "numerics.skin=0.6", "numerics.order=bed",
+        "numerics.skin=0.05",      "numerics.skin=0.12",
+        "numerics.skin=0.6",       "numerics.order=bed",
         "numerics.order=shuffled", "numerics.order=shuffled numerics.skin=0.05"};
     for (int k = 0; k < SCENES; k++) {
         const unsigned long long one = hash_of(&table[k], 1, "");
@@ -143,8 +152,10 @@ static void test_ledger_is_neutral(void **state)
 {
     (void)state;
     for (int k = 0; k < SCENES; k++) {
-        scene *const with = open_file(table[k].file, 1, "%s output.fields=energy", table[k].overrides);
-        scene *const without = open_file(table[k].file, 1, "%s output.fields=flux", table[k].overrides);
+        scene *const with =
+            open_file(table[k].file, 1, "%s output.fields=energy", table[k].overrides);
+        scene *const without =
+            open_file(table[k].file, 1, "%s output.fields=flux", table[k].overrides);
         step_scene(with, table[k].steps);
         step_scene(without, table[k].steps);
         const ry_view a = ry_sim_view(with->sim), b = ry_sim_view(without->sim);
@@ -190,11 +201,14 @@ static void save_and_forget(scene *s, int threads)
     ry_state state = {0};
     int found = 0;
     assert_int_equal(ry_sim_collect(s->sim, &error), RY_OK);
-    assert_int_equal(ry_result_create(&file, in_folder("saved.h5"), &s->config, &s->sim->state, 1, &error), RY_OK);
+    assert_int_equal(
+        ry_result_create(&file, in_folder("saved.h5"), &s->config, &s->sim->state, 1, &error),
+        RY_OK);
     assert_int_equal(ry_result_flush(file, &s->sim->state, &error), RY_OK);
     ry_result_close(file);
     ry_sim_free(s->sim);
-    assert_int_equal(ry_result_resume(&file, in_folder("saved.h5"), &s->config, &state, &found, &error), RY_OK);
+    assert_int_equal(
+        ry_result_resume(&file, in_folder("saved.h5"), &s->config, &state, &found, &error), RY_OK);
     assert_int_equal(found, 1);
     ry_result_close(file);
     s->sim = ry_sim_adopt(&s->config, &state, threads, &error);
@@ -211,7 +225,8 @@ static void test_going_on(void **state)
         const golden *const g = &table[k];
         const long long end = g->steps;
         const long long stops[] = {0, 1, 2, end / 7, end / 3, end / 2, end / 2 + 1, end - 1, end};
-        scene *const s = open_file(g->file, 1, "%s%s", g->overrides, k % 2 ? " numerics.order=shuffled" : "");
+        scene *const s =
+            open_file(g->file, 1, "%s%s", g->overrides, k % 2 ? " numerics.order=shuffled" : "");
         for (int m = 0; m < 9; m++) {
             step_scene(s, stops[m] - ry_sim_view(s->sim).step);
             save_and_forget(s, 1 + m % 3);
@@ -236,9 +251,10 @@ static void test_resume(void **state)
     (void)state;
     ry_error error = {0};
     ry_config config;
-    const char *const overrides[] = {"grains.columns=12", "grains.layers=6", "time.settle=0.01", "time.end=0.4",
-                                     "fluid.shields=0.8"};
-    assert_int_equal(ry_config_load(&config, RY_SOURCE_DIR "/params/flume.yaml", overrides, 5, &error), RY_OK);
+    const char *const overrides[] = {"grains.columns=12", "grains.layers=6", "time.settle=0.01",
+                                     "time.end=0.4", "fluid.shields=0.8"};
+    assert_int_equal(
+        ry_config_load(&config, RY_SOURCE_DIR "/params/flume.yaml", overrides, 5, &error), RY_OK);
     ry_run_result whole = {0}, part = {0};
     const ry_run_options straight = {.output = in_folder("run.h5"), .threads = 1, .force = 1};
     assert_int_equal(ry_run(&config, &straight, &whole, &error), RY_OK);
@@ -246,8 +262,12 @@ static void test_resume(void **state)
     ry_status status = RY_STOPPED;
     while (status == RY_STOPPED) {
         long long step = 0;
-        const ry_run_options options = {.output = in_folder("run.h5"), .threads = 1 + stops % 3, .resume = stops > 0,
-                                        .force = stops == 0, .progress = stops < 3 ? stop_now : NULL, .data = &step};
+        const ry_run_options options = {.output = in_folder("run.h5"),
+                                        .threads = 1 + stops % 3,
+                                        .resume = stops > 0,
+                                        .force = stops == 0,
+                                        .progress = stops < 3 ? stop_now : NULL,
+                                        .data = &step};
         status = ry_run(&config, &options, &part, &error);
         stops += status == RY_STOPPED;
     }
@@ -261,9 +281,12 @@ static void test_resume(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_golden),            cmocka_unit_test(test_threads),
-        cmocka_unit_test(test_skin_and_order),    cmocka_unit_test(test_looking),
-        cmocka_unit_test(test_ledger_is_neutral), cmocka_unit_test(test_going_on),
+        cmocka_unit_test(test_golden),
+        cmocka_unit_test(test_threads),
+        cmocka_unit_test(test_skin_and_order),
+        cmocka_unit_test(test_looking),
+        cmocka_unit_test(test_ledger_is_neutral),
+        cmocka_unit_test(test_going_on),
         cmocka_unit_test(test_resume),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);

@@ -11,40 +11,43 @@ static const char *const partner_words[] = {"grain", "fixed grain", "floor"};
 
 typedef struct shot {
     int law, partner;
-    double angle;    /* of incidence, 0: head on [degrees] */
-    double speed;    /* mean diameters per step */
-    double ratio;    /* diameter of the second grain over that of the first */
-    double density;  /* the same of the densities */
+    double angle;   /* of incidence, 0: head on [degrees] */
+    double speed;   /* mean diameters per step */
+    double ratio;   /* diameter of the second grain over that of the first */
+    double density; /* the same of the densities */
     double e, friction;
-    double a;        /* k dt^2/m_r */
-    double spin;     /* surface speed over speed */
-    double phase;    /* of a step, where the contact closes */
-    double common;   /* velocity of both over speed; only two free grains */
+    double a;      /* k dt^2/m_r */
+    double spin;   /* surface speed over speed */
+    double phase;  /* of a step, where the contact closes */
+    double common; /* velocity of both over speed; only two free grains */
 } shot;
 
 typedef struct outcome {
-    double gain;     /* energy after/before - 1 */
+    double gain;              /* energy after/before - 1 */
     double momentum, angular; /* change over scale */
-    double parting;  /* normal restitution; only head on */
+    double parting;           /* normal restitution; only head on */
 } outcome;
 
 /* Grain 0 flies along +x (or down onto the floor) and meets its partner under the angle; unit of length
  * 1 mm, dt = 1 us. */
 static scene *aim(const shot *s)
 {
-    const double dt = 1e-6, r = 0.5e-3, mean = s->partner == WITH_GRAIN ? r * (1.0 + s->ratio) : 2.0 * r;
+    const double dt = 1e-6, r = 0.5e-3,
+                 mean = s->partner == WITH_GRAIN ? r * (1.0 + s->ratio) : 2.0 * r;
     const double v = s->speed * mean / dt, t = s->angle * M_PI / 180.0;
     const double r2 = r * s->ratio, reach = r + r2, way = v * dt * (2.0 + s->phase);
     const double common = s->partner == WITH_GRAIN ? s->common * v : 0.0;
     const double mass = 2650.0 * 4.0 / 3.0 * M_PI * r * r * r;
     const double mass2 = mass * s->density * s->ratio * s->ratio * s->ratio;
-    const double stiffness = s->a / (dt * dt) / (1.0 / mass + (s->partner == WITH_GRAIN ? 1.0 / mass2 : 0.0));
+    const double stiffness =
+        s->a / (dt * dt) / (1.0 / mass + (s->partner == WITH_GRAIN ? 1.0 / mass2 : 0.0));
     if (s->partner == WITH_FLOOR) {
         return open_scene(
             "time: {step: 1e-6}\ndomain: {floor: flat}\n"
             "contact: {law: %s, stiffness: %.17g, restitution: %.17g, friction: %.17g}\n"
             "particles: [{position: [0, %.17g], velocity: [%.17g, %.17g], spin: %.17g, diameter: 1 mm, density: 2650}]\n",
-            law_words[s->law], stiffness, s->e, s->friction, r + way * cos(t), v * sin(t), -v * cos(t), s->spin * v / r);
+            law_words[s->law], stiffness, s->e, s->friction, r + way * cos(t), v * sin(t),
+            -v * cos(t), s->spin * v / r);
     }
     return open_scene(
         "time: {step: 1e-6}\n"
@@ -52,9 +55,10 @@ static scene *aim(const shot *s)
         "particles:\n"
         "  - {position: [%.17g, %.17g], velocity: [%.17g, %.17g], spin: %.17g, diameter: 1 mm, density: 2650}\n"
         "  - {position: [0, 0], velocity: [%.17g, %.17g], spin: %.17g, diameter: %.17g, density: %.17g, fixed: %s}\n",
-        law_words[s->law], stiffness, s->e, s->friction, -reach * cos(t) - way, reach * sin(t), v + common, common,
-        s->spin * v / r, common, common, s->partner == WITH_FIXED ? 0.0 : -0.5 * s->spin * v / r2, 2.0 * r2,
-        2650.0 * s->density, s->partner == WITH_FIXED ? "true" : "false");
+        law_words[s->law], stiffness, s->e, s->friction, -reach * cos(t) - way, reach * sin(t),
+        v + common, common, s->spin * v / r, common, common,
+        s->partner == WITH_FIXED ? 0.0 : -0.5 * s->spin * v / r2, 2.0 * r2, 2650.0 * s->density,
+        s->partner == WITH_FIXED ? "true" : "false");
 }
 
 static int touches(const scene *s, int partner)
@@ -76,10 +80,11 @@ static outcome shoot(const shot *s)
         step_scene(run, 2 + (long long)(2.0 / sqrt(s->a)));
     }
     const totals after = totals_of(run);
-    const outcome out = {
-        .gain = after.kinetic / before.kinetic - 1.0,
-        .momentum = hypot(after.px - before.px, after.pz - before.pz) / before.scale_p,
-        .angular = fabs(after.angular - before.angular) / (before.scale_angular + after.scale_angular)};
+    const outcome out = {.gain = after.kinetic / before.kinetic - 1.0,
+                         .momentum =
+                             hypot(after.px - before.px, after.pz - before.pz) / before.scale_p,
+                         .angular = fabs(after.angular - before.angular) /
+                                    (before.scale_angular + after.scale_angular)};
     close_scene(run);
     return out;
 }
@@ -125,24 +130,32 @@ static void note(worst *w, const shot *s, const outcome *out)
 static shot random_shot(int law, int partner)
 {
     const double edge = floor(evenly(0.0, 6.0));
-    return (shot){.law = law, .partner = partner, .speed = evenly_log(1e-3, 2e-2), .angle = evenly(0.0, 89.0),
-                  .ratio = partner == WITH_FLOOR || evenly(0.0, 1.0) < 0.3 ? 1.0 : evenly_log(0.2, 5.0),
+    return (shot){.law = law,
+                  .partner = partner,
+                  .speed = evenly_log(1e-3, 2e-2),
+                  .angle = evenly(0.0, 89.0),
+                  .ratio =
+                      partner == WITH_FLOOR || evenly(0.0, 1.0) < 0.3 ? 1.0 : evenly_log(0.2, 5.0),
                   .density = evenly(0.0, 1.0) < 0.5 ? 1.0 : evenly_log(0.1, 10.0),
                   .e = edge == 0.0 ? 0.0 : (edge == 1.0 ? 1.0 : evenly(0.0, 1.0)),
-                  .friction = evenly(0.0, 1.0) < 0.3 ? 0.0 : evenly(0.0, 1.5), .a = evenly_log(1e-3, 0.5),
-                  .spin = evenly(0.0, 1.0) < 0.4 ? 0.0 : evenly(-2.0, 2.0), .phase = evenly(0.0, 1.0),
+                  .friction = evenly(0.0, 1.0) < 0.3 ? 0.0 : evenly(0.0, 1.5),
+                  .a = evenly_log(1e-3, 0.5),
+                  .spin = evenly(0.0, 1.0) < 0.4 ? 0.0 : evenly(-2.0, 2.0),
+                  .phase = evenly(0.0, 1.0),
                   .common = evenly(0.0, 1.0) < 0.5 ? 0.0 : evenly(-1.0, 1.0)};
 }
 
 static void report(const worst *w, int law)
 {
     const shot *const s = &w->at_gain;
-    printf("%s: energy gained %.1e, momentum %.1e, angular momentum %.1e\n", law_words[law], w->most.gain,
-           w->most.momentum, w->most.angular);
+    printf("%s: energy gained %.1e, momentum %.1e, angular momentum %.1e\n", law_words[law],
+           w->most.gain, w->most.momentum, w->most.angular);
     if (w->most.gain > 0.0) {
-        printf("  at: %s, %.2f degrees, speed %.2e, diameters %.3g, densities %.3g, e %.3g, mu %.3g, a %.3g, "
-               "spin %.3g, phase %.3g, common %.3g\n", partner_words[s->partner], s->angle, s->speed, s->ratio,
-               s->density, s->e, s->friction, s->a, s->spin, s->phase, s->common);
+        printf(
+            "  at: %s, %.2f degrees, speed %.2e, diameters %.3g, densities %.3g, e %.3g, mu %.3g, a %.3g, "
+            "spin %.3g, phase %.3g, common %.3g\n",
+            partner_words[s->partner], s->angle, s->speed, s->ratio, s->density, s->e, s->friction,
+            s->a, s->spin, s->phase, s->common);
     }
 }
 
@@ -203,7 +216,8 @@ static void test_unequal_pairs(void **state)
             most = fmax(most, fabs(e - s.e));
             close_scene(run);
         }
-        printf("%s: restitution of unequal pairs off by at most %.1e\n", law_words[tested[m]], most);
+        printf("%s: restitution of unequal pairs off by at most %.1e\n", law_words[tested[m]],
+               most);
         assert_true(most <= 1e-12);
     }
 }
@@ -218,16 +232,19 @@ static scene *open_cloud(int law, uint64_t seed)
     random_state = seed;
     for (int k = 0; k < 64; k++) {
         const double x = 1.5e-3 * (k % 8 - 3.5), z = 1.5e-3 * (k / 8 - 3.5);
-        end += (size_t)snprintf(list + end, sizeof list - end,
-                                "  - {position: [%.17g, %.17g], velocity: [%.17g, %.17g], spin: %.17g, "
-                                "diameter: %.17g, density: 2650}\n",
-                                x, z, -80.0 * x + evenly(-0.3, 0.3), -80.0 * z + evenly(-0.3, 0.3),
-                                evenly(-300.0, 300.0), evenly(0.6e-3, 1.4e-3));
+        end += (size_t)snprintf(
+            list + end, sizeof list - end,
+            "  - {position: [%.17g, %.17g], velocity: [%.17g, %.17g], spin: %.17g, "
+            "diameter: %.17g, density: 2650}\n",
+            x, z, -80.0 * x + evenly(-0.3, 0.3), -80.0 * z + evenly(-0.3, 0.3),
+            evenly(-300.0, 300.0), evenly(0.6e-3, 1.4e-3));
     }
     static char text[26000];
-    snprintf(text, sizeof text,
-             "time: {step: 2e-6}\ncontact: {law: %s, alpha_m: 40, restitution: 0.7, friction: 0.5}\n"
-             "output: {fields: [energy]}\nparticles:\n%s", law_words[law], list);
+    snprintf(
+        text, sizeof text,
+        "time: {step: 2e-6}\ncontact: {law: %s, alpha_m: 40, restitution: 0.7, friction: 0.5}\n"
+        "output: {fields: [energy]}\nparticles:\n%s",
+        law_words[law], list);
     return open_text(text);
 }
 
@@ -245,12 +262,16 @@ static void test_cloud(void **state)
             worst_l = fmax(worst_l, fabs(t.angular - before.angular) / before.scale_angular);
         }
         const ry_sample end = ry_sim_sample(s->sim);
-        const double lost = end.loss_impact + end.loss_dashpot + end.loss_friction + end.loss_opening;
-        printf("cloud, %s: momentum %.1e, angular momentum %.1e; lost %.1f %% of the energy, integration %.1e of it\n",
-               law_words[law], worst_p, worst_l, 100.0 * lost / before.kinetic, end.integration / lost);
+        const double lost =
+            end.loss_impact + end.loss_dashpot + end.loss_friction + end.loss_opening;
+        printf(
+            "cloud, %s: momentum %.1e, angular momentum %.1e; lost %.1f %% of the energy, integration %.1e of it\n",
+            law_words[law], worst_p, worst_l, 100.0 * lost / before.kinetic,
+            end.integration / lost);
         assert_true(worst_p <= 1e-12);
         /* shifts of several contacts at once turn a grain's arm: only a pair's is put right */
-        assert_true(worst_l <= (law == RY_LAW_FUJIOKA2 || law == RY_LAW_FUJIOKA2_PRINTED ? 1e-6 : 1e-12));
+        assert_true(worst_l <=
+                    (law == RY_LAW_FUJIOKA2 || law == RY_LAW_FUJIOKA2_PRINTED ? 1e-6 : 1e-12));
         assert_true(lost > 0.2 * before.kinetic);
         close_scene(s);
     }
@@ -285,12 +306,18 @@ static void test_ledger_of_impacts(void **state)
     for (int law = 0; law < RY_LAW_COUNT; law++) {
         double most[2] = {0.0, 0.0};
         for (int k = 0; k < 200; k++) {
-            const shot s = {.law = law, .speed = evenly_log(1e-3, 2e-2), .e = evenly(0.35, 1.0), .phase = evenly(0.0, 1.0)};
-            const double flight = evenly_log(120.0, 2000.0); /* steps of the flight that would follow */
-            const double gravity = k % 2 ? 2.0 * s.e * 1e-3 / 1e-6 * s.speed / (flight * 1e-6) : 0.0;
+            const shot s = {.law = law,
+                            .speed = evenly_log(1e-3, 2e-2),
+                            .e = evenly(0.35, 1.0),
+                            .phase = evenly(0.0, 1.0)};
+            const double flight =
+                evenly_log(120.0, 2000.0); /* steps of the flight that would follow */
+            const double gravity =
+                k % 2 ? 2.0 * s.e * 1e-3 / 1e-6 * s.speed / (flight * 1e-6) : 0.0;
             most[k % 2] = fmax(most[k % 2], left_over(&s, gravity));
         }
-        printf("ledger of an impact, %s: integration is %.1e without, %.1e with gravity\n", law_words[law], most[0], most[1]);
+        printf("ledger of an impact, %s: integration is %.1e without, %.1e with gravity\n",
+               law_words[law], most[0], most[1]);
         if (law == RY_LAW_ENERGY) {
             assert_true(most[0] <= 1e-12);
             assert_true(most[1] <= 1e-12);
@@ -346,10 +373,8 @@ static void test_two_at_once(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_oblique),
-        cmocka_unit_test(test_unequal_pairs),
-        cmocka_unit_test(test_cloud),
-        cmocka_unit_test(test_ledger_of_impacts),
+        cmocka_unit_test(test_oblique),     cmocka_unit_test(test_unequal_pairs),
+        cmocka_unit_test(test_cloud),       cmocka_unit_test(test_ledger_of_impacts),
         cmocka_unit_test(test_two_at_once),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

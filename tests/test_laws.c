@@ -13,28 +13,33 @@ static void check_exact(const char *name, law_fn *law, double bounded, uint64_t 
     set_seed(name, seed);
     double worst = 0.0, worst_loss = 0.0, worst_drift = 0.0;
     for (int k = 0; k < 40000; k++) {
-        const ry_law_coef coef = {.k_dt2 = evenly_log(1e-4, 10.0), .eta_dt = evenly_log(1e-3, 30.0),
+        const ry_law_coef coef = {.k_dt2 = evenly_log(1e-4, 10.0),
+                                  .eta_dt = evenly_log(1e-3, 30.0),
                                   .e = k % 20 == 0 ? 0.0 : (k % 20 == 1 ? 1.0 : evenly(0.0, 1.0)),
-                                  .bounded = bounded, .ratio_k = 0.4, .ratio_eta = 0.6};
+                                  .bounded = bounded,
+                                  .ratio_k = 0.4,
+                                  .ratio_eta = 0.6};
         const int wall = k % 4 == 0;
         const double ratio = evenly_log(1e-3, 1e3);
         const double w = evenly_log(1e-9, 1e3);
-        entry in = {.w = w, .d = w * (k % 10 == 2 ? evenly_log(1e-12, 1.0) : evenly(1e-9, 1.0)),
-                    .im_i = wall ? 1.0 : 1.0 / (1.0 + ratio), .im_j = wall ? 0.0 : ratio / (1.0 + ratio),
+        entry in = {.w = w,
+                    .d = w * (k % 10 == 2 ? evenly_log(1e-12, 1.0) : evenly(1e-9, 1.0)),
+                    .im_i = wall ? 1.0 : 1.0 / (1.0 + ratio),
+                    .im_j = wall ? 0.0 : ratio / (1.0 + ratio),
                     .centre = wall ? 0.0 : w * evenly(-10.0, 10.0),
                     .most = (int)RY_IMPACT_STEPS}; /* e = 0 leaves them in touch, at rest */
         const impact out = collide(law, ry_bond_make(&coef, 1.0, 3.5), in);
         const double error = fabs(out.e - coef.e);
         if (!(error <= 1e-12)) {
-            fail_msg("%s: case %d: a %g e %g d/w %g: restitution %.17g", name, k, coef.k_dt2, coef.e,
-                     in.d / in.w, out.e);
+            fail_msg("%s: case %d: a %g e %g d/w %g: restitution %.17g", name, k, coef.k_dt2,
+                     coef.e, in.d / in.w, out.e);
         }
         worst = fmax(worst, error);
         worst_loss = fmax(worst_loss, fabs(out.loss - (1.0 - coef.e * coef.e)));
         worst_drift = fmax(worst_drift, fabs(out.drift));
     }
-    printf("%s, bound %g: restitution error %.1e, booked loss %.1e, momentum %.1e\n",
-           name, bounded, worst, worst_loss, worst_drift);
+    printf("%s, bound %g: restitution error %.1e, booked loss %.1e, momentum %.1e\n", name, bounded,
+           worst, worst_loss, worst_drift);
     assert_true(worst_loss <= 1e-12);
     assert_true(worst_drift <= 1e-12);
 }
@@ -65,7 +70,8 @@ static void test_bounce_energy(void **state)
         while (t.d > 0.0 && steps < 100) {
             const ry_push p = ry_law_energy(q, t);
             t.w += p.f + g;
-            t.d += p.f != 0.0 ? t.w : t.w - 0.5 * g; /* as stage/motion.h drifts what nothing pushes */
+            t.d +=
+                p.f != 0.0 ? t.w : t.w - 0.5 * g; /* as stage/motion.h drifts what nothing pushes */
             t.rest = p.rest;
             t.age += 1.0;
             steps++;
@@ -76,8 +82,8 @@ static void test_bounce_energy(void **state)
             worst = fmax(worst, error);
         }
         if (!(error <= 0.01)) {
-            fail_msg("case %d: a %g e %g g %g part %g: ratio off by %g after %d steps", k, q.a, q.e, g,
-                     part, error, steps);
+            fail_msg("case %d: a %g e %g g %g part %g: ratio off by %g after %d steps", k, q.a, q.e,
+                     g, part, error, steps);
         }
     }
     printf("bounce under gravity: energy ratio off by at most %.1e\n", worst);
@@ -163,7 +169,8 @@ static void test_cundall_restitution(void **state)
         const double zeta = zetas[k], e = ry_restitution_from_damping(zeta);
         const double coarse = cundall_error(ry_law_cundall, zeta, e, 1.6e-7);
         const double fine = cundall_error(ry_law_cundall, zeta, e, 1e-8);
-        printf("cundall, zeta = %g: e = %.4f, error %.1e at a = 1.6e-7, %.1e at 1e-8\n", zeta, e, coarse, fine);
+        printf("cundall, zeta = %g: e = %.4f, error %.1e at a = 1.6e-7, %.1e at 1e-8\n", zeta, e,
+               coarse, fine);
         assert_true(fine <= 4e-4);
         assert_true(fine <= 0.3 * coarse || coarse < 1e-6);
         if (zeta < 0.95) {
@@ -189,12 +196,14 @@ static void test_tanaka_restitution(void **state)
     for (size_t k = 0; k < sizeof asked / sizeof *asked; k++) {
         const double zeta = usual_zeta(asked[k]), exact = ry_restitution_from_damping(zeta);
         for (double speed = 1e-3; speed <= 10.0; speed *= 100.0) {
-            const double a = 1e-8 / sqrt(speed); /* a d^1/2 sets the length of the contact in steps */
+            const double a =
+                1e-8 / sqrt(speed); /* a d^1/2 sets the length of the contact in steps */
             const ry_bond q = {.a = a, .c = sqrt(5.0) * zeta * sqrt(a), .e = asked[k]};
-            const impact out = collide(ry_law_tanaka, q, (entry){.w = speed, .d = 0.5 * speed, .im_i = 1.0});
+            const impact out =
+                collide(ry_law_tanaka, q, (entry){.w = speed, .d = 0.5 * speed, .im_i = 1.0});
             if (!(fabs(out.e - exact) <= 1e-3)) {
-                fail_msg("tanaka, e = %g: %.6f at speed %g in %d steps, not %.6f", asked[k], out.e, speed,
-                         out.steps, exact);
+                fail_msg("tanaka, e = %g: %.6f at speed %g in %d steps, not %.6f", asked[k], out.e,
+                         speed, out.steps, exact);
             }
         }
         printf("tanaka, e = %g: really %.4f\n", asked[k], exact);
@@ -208,7 +217,8 @@ static ry_touch random_touch(int k)
     const double size = evenly_log(1e-12, 1e3);
     ry_touch t = {.d = k % 7 == 0 ? size * evenly_log(1e-100, 1.0) : size * evenly_log(1e-9, 1.0),
                   .w = k % 5 == 0 ? 0.0 : size * evenly(-1.0, 1.0) * evenly_log(1e-9, 1.0),
-                  .age = floor(evenly(0.0, 7.0)), .crowd = floor(evenly(0.0, 4.0))};
+                  .age = floor(evenly(0.0, 7.0)),
+                  .crowd = floor(evenly(0.0, 4.0))};
     t.rest = k % 3 == 0 ? 0.0 : t.d * evenly(0.0, 1.5);
     return t;
 }
@@ -227,11 +237,12 @@ static void test_any_input(void **state)
             const ry_push p = laws[m].law(q, t);
             const double sum = p.f + p.shift + p.rest + p.impact + p.dashpot;
             if (!isfinite(sum)) {
-                fail_msg("%s, case %d: a %g c %g e %g d %g w %g: %g", laws[m].name, k, q.a, q.c, q.e, t.d, t.w, sum);
+                fail_msg("%s, case %d: a %g c %g e %g d %g w %g: %g", laws[m].name, k, q.a, q.c,
+                         q.e, t.d, t.w, sum);
             }
             if (laws[m].law != ry_law_cundall_tension && p.f > 4e-16 * (fabs(t.w) + t.d)) {
-                fail_msg("%s, case %d: a %g c %g e %g d %g w %g rest %g age %g crowd %g: pulls %g", laws[m].name, k,
-                         q.a, q.c, q.e, t.d, t.w, t.rest, t.age, t.crowd, p.f);
+                fail_msg("%s, case %d: a %g c %g e %g d %g w %g rest %g age %g crowd %g: pulls %g",
+                         laws[m].name, k, q.a, q.c, q.e, t.d, t.w, t.rest, t.age, t.crowd, p.f);
             }
         }
     }
@@ -243,19 +254,25 @@ static void test_tangential(void **state)
     (void)state;
     set_seed("tangential", 7);
     for (int k = 0; k < 200000; k++) {
-        const ry_law_coef coef = {.k_dt2 = evenly_log(1e-6, 40.0), .eta_dt = evenly_log(1e-4, 30.0),
-                                  .e = 0.5, .ratio_k = 1.0 / (2.0 * (1.0 + evenly(0.0, 0.5))),
-                                  .ratio_eta = 0.6, .bounded = k % 2 ? RY_BOND_NEIGHBOURS : 0.0};
+        const ry_law_coef coef = {.k_dt2 = evenly_log(1e-6, 40.0),
+                                  .eta_dt = evenly_log(1e-4, 30.0),
+                                  .e = 0.5,
+                                  .ratio_k = 1.0 / (2.0 * (1.0 + evenly(0.0, 0.5))),
+                                  .ratio_eta = 0.6,
+                                  .bounded = k % 2 ? RY_BOND_NEIGHBOURS : 0.0};
         const ry_bond q = ry_bond_make(&coef, 1.0, 3.5);
-        const double f = -evenly_log(1e-9, 10.0), mu = evenly(0.0, 2.0), cap = -mu * q.mass_ratio * f;
+        const double f = -evenly_log(1e-9, 10.0), mu = evenly(0.0, 2.0),
+                     cap = -mu * q.mass_ratio * f;
         const double w = evenly(-1.0, 1.0), slip = evenly(-1.0, 1.0);
         const ry_slide s = ry_tangential(q, mu, f, w, slip);
         const double after = w + s.f, end = s.slip + after; /* slip after the step */
-        const double loss = 0.5 * (w * w - after * after) + 0.5 * q.stretch * (slip * slip - end * end);
+        const double loss =
+            0.5 * (w * w - after * after) + 0.5 * q.stretch * (slip * slip - end * end);
         assert_true(isfinite(s.f + s.slip));
         assert_true(fabs(s.f) <= cap * (1.0 + 1e-15));
         if (!(loss >= -1e-15)) {
-            fail_msg("case %d: stretch %g drag %g w %g slip %g: gains %g", k, q.stretch, q.drag, w, slip, -loss);
+            fail_msg("case %d: stretch %g drag %g w %g slip %g: gains %g", k, q.stretch, q.drag, w,
+                     slip, -loss);
         }
     }
 }

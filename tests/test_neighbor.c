@@ -12,7 +12,8 @@ typedef struct cloud {
     ry_pairs pairs;
 } cloud;
 
-static void make_cloud(cloud *c, int n, int periodic, double length, double height, double largest, double skin)
+static void make_cloud(cloud *c, int n, int periodic, double length, double height, double largest,
+                       double skin)
 {
     ry_error error = {0};
     *c = (cloud){0};
@@ -26,7 +27,10 @@ static void make_cloud(cloud *c, int n, int periodic, double length, double heig
         g->fixed[k] = k % 5 == 0;
         g->density[k] = 1.0;
     }
-    c->neighbor = (ry_neighbor){.length = length, .periodic = periodic, .skin = skin, .n_walls = 1,
+    c->neighbor = (ry_neighbor){.length = length,
+                                .periodic = periodic,
+                                .skin = skin,
+                                .n_walls = 1,
                                 .wall = {RY_WALL_FLOOR}};
     assert_int_equal(ry_neighbor_create(&c->neighbor, g, 1, &error), RY_OK);
     assert_int_equal(ry_pairs_create(&c->pairs, n, 1, 0, 0, &error), RY_OK);
@@ -76,8 +80,8 @@ static void check_cloud(const cloud *c)
             const int slots = count_slots(c, i, j), both_fixed = g->fixed[i] && g->fixed[j];
             assert_true(slots <= 1);
             if (gap <= c->neighbor.skin && !both_fixed && slots != 1) {
-                fail_msg("grains %d and %d, %g apart with a skin of %g, are not listed (length %g)", i, j, gap,
-                         c->neighbor.skin, c->neighbor.length);
+                fail_msg("grains %d and %d, %g apart with a skin of %g, are not listed (length %g)",
+                         i, j, gap, c->neighbor.skin, c->neighbor.length);
             }
         }
         for (int p = c->pairs.row[i] + 1; p < c->pairs.row[i + 1]; p++) {
@@ -99,7 +103,8 @@ static void test_against_all_pairs(void **state)
         const int periodic = k % 2, n = 20 + (k * 13) % 180;
         const double largest = 1.0, skin = evenly_log(0.01, 1.0);
         /* the smallest domain in which no grain meets another twice, up to many cells */
-        const double least = 2.0 * (largest + skin), length = k % 3 == 0 ? least * evenly(1.0, 2.5) : evenly(8.0, 40.0);
+        const double least = 2.0 * (largest + skin),
+                     length = k % 3 == 0 ? least * evenly(1.0, 2.5) : evenly(8.0, 40.0);
         cloud c;
         make_cloud(&c, n % 7 == 0 ? n + 1 : n, periodic, length, evenly(0.5, 20.0), largest, skin);
         check_cloud(&c);

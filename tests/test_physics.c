@@ -12,9 +12,11 @@ static void test_free_flight(void **state)
 {
     (void)state;
     const double g = 9.81, vx = 0.3, vz = 1.7, dt = 1e-4;
-    scene *const s = open_scene("time: {step: %g}\ndomain: {gravity: %g}\nparticles:\n"
-                                "  - {position: [0.1, 2.0], velocity: [%g, %g], spin: 5, diameter: 1 mm, "
-                                "density: 2650}\n", dt, g, vx, vz);
+    scene *const s =
+        open_scene("time: {step: %g}\ndomain: {gravity: %g}\nparticles:\n"
+                   "  - {position: [0.1, 2.0], velocity: [%g, %g], spin: 5, diameter: 1 mm, "
+                   "density: 2650}\n",
+                   dt, g, vx, vz);
     for (int k = 1; k <= 5; k++) {
         step_scene(s, 2000);
         const double t = 2000.0 * k * dt;
@@ -63,11 +65,13 @@ static void test_terminal_velocity(void **state)
             scene *const s = open_scene(
                 "time: {step: 1e-4, end: 4}\ndomain: {gravity: 9.81, length: 0.1, periodic: true}\n"
                 "fluid: {model: %s, shields: 0, drag: %s, density: 1000, viscosity: 1e-6}\n"
-                "particles: [{position: [0.05, 2], diameter: %g, density: 2650}]\n", models[k / 3], drags[law], d);
+                "particles: [{position: [0.05, 2], diameter: %g, density: 2650}]\n",
+                models[k / 3], drags[law], d);
             run_until(s, d < 1e-4 ? 0.2 : 2.0);
             const double exact = terminal_speed(law, 1.65, 9.81, d, 1e-6, 0.4);
             const double error = fabs(-grain_of(s, 0).vz / exact - 1.0);
-            printf("%s, d = %g mm: terminal velocity %.5g m/s, error %.1e\n", drags[law], 1e3 * d, exact, error);
+            printf("%s, d = %g mm: terminal velocity %.5g m/s, error %.1e\n", drags[law], 1e3 * d,
+                   exact, error);
             assert_true(error <= 1e-6);
             close_scene(s);
         }
@@ -97,8 +101,9 @@ static void test_sliding_to_rolling(void **state)
         run_until(s, 2.0 * end);
         const grain last = grain_of(s, 0);
         const double rolled = last.vx / (5.0 / 7.0 * v0) - 1.0;
-        printf("%s: half way %+.1e, rolling %+.1e, slips %.1e before and %.1e after\n", law_words[law], half, rolled,
-               1.0 - early.spin * early.radius / early.vx, 1.0 - late.spin * late.radius / late.vx);
+        printf("%s: half way %+.1e, rolling %+.1e, slips %.1e before and %.1e after\n",
+               law_words[law], half, rolled, 1.0 - early.spin * early.radius / early.vx,
+               1.0 - late.spin * late.radius / late.vx);
         assert_true(fabs(half) <= 0.01);
         assert_true(fabs(rolled) <= 1e-3);
         assert_true(fabs(last.spin * last.radius / last.vx - 1.0) <= 2e-3);
@@ -109,7 +114,8 @@ static void test_sliding_to_rolling(void **state)
 /* ---- a single bounce -------------------------------------------------------------------------------- */
 
 /* Restitution against the floor, without gravity, in steps of 1/alpha of the period. */
-static double bounce_once(const char *law, double e, double alpha_m, const char *mapping, double phase, double *says)
+static double bounce_once(const char *law, double e, double alpha_m, const char *mapping,
+                          double phase, double *says)
 {
     const double speed = alpha_m > 1e3 ? 1e-4 : 0.5;
     scene *const s = open_scene(
@@ -132,11 +138,14 @@ static void test_single_bounce(void **state)
         const double alpha_m = law >= RY_LAW_CUNDALL ? 1e5 : 20.0;
         double worst = 0.0, says = 0.0;
         for (int k = 0; k < 8; k++) {
-            const double after = bounce_once(law_words[law], e, alpha_m, k % 2 ? "usual" : "exact", 0.125 * k, &says);
+            const double after = bounce_once(law_words[law], e, alpha_m, k % 2 ? "usual" : "exact",
+                                             0.125 * k, &says);
             worst = fmax(worst, fabs(after - says));
         }
-        printf("%s: a bounce with e = 0.7 is told to be %.6f, off by %.1e\n", law_words[law], says, worst);
-        const double limit = law <= RY_LAW_FUJIOKA1 ? (law == RY_LAW_FUJIOKA2_PRINTED ? 1e-4 : 1e-12) : 2e-4;
+        printf("%s: a bounce with e = 0.7 is told to be %.6f, off by %.1e\n", law_words[law], says,
+               worst);
+        const double limit =
+            law <= RY_LAW_FUJIOKA1 ? (law == RY_LAW_FUJIOKA2_PRINTED ? 1e-4 : 1e-12) : 2e-4;
         assert_true(worst <= limit);
     }
 }
@@ -172,8 +181,9 @@ static void test_bounces(void **state)
             flight = 1e9;
         }
     }
-    printf("slow bounce: %d bounces after flights of 20 steps or more, energy ratio off by at most %.1e\n", bounces,
-           worst);
+    printf(
+        "slow bounce: %d bounces after flights of 20 steps or more, energy ratio off by at most %.1e\n",
+        bounces, worst);
     assert_true(bounces >= 12);
     assert_true(worst <= 0.01);
     close_scene(s);
@@ -208,8 +218,8 @@ static void test_three_spheres(void **state)
         for (int k = 0; k < 3; k++) {
             error[law][k] = fabs(three_spheres(law_words[law], dt[k]) / exact - 1.0);
         }
-        printf("three spheres, %s: d' off by %.2e, %.2e, %.2e at dt = 1e-4, 1e-5, 1e-6\n", law_words[law],
-               error[law][0], error[law][1], error[law][2]);
+        printf("three spheres, %s: d' off by %.2e, %.2e, %.2e at dt = 1e-4, 1e-5, 1e-6\n",
+               law_words[law], error[law][0], error[law][1], error[law][2]);
     }
     for (int k = 0; k < 3; k++) {
         assert_true(error[RY_LAW_ENERGY][k] <= goal[k]);
@@ -219,9 +229,12 @@ static void test_three_spheres(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_free_flight),   cmocka_unit_test(test_terminal_velocity),
-        cmocka_unit_test(test_sliding_to_rolling), cmocka_unit_test(test_single_bounce),
-        cmocka_unit_test(test_bounces),       cmocka_unit_test(test_three_spheres),
+        cmocka_unit_test(test_free_flight),
+        cmocka_unit_test(test_terminal_velocity),
+        cmocka_unit_test(test_sliding_to_rolling),
+        cmocka_unit_test(test_single_bounce),
+        cmocka_unit_test(test_bounces),
+        cmocka_unit_test(test_three_spheres),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }
