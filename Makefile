@@ -13,7 +13,7 @@ CMAKE_ARGS ?=
 
 MAKEFLAGS += --no-print-directory
 
-.PHONY: all build setup setup-check demo check install docs format lint clean
+.PHONY: all build setup setup-check demo check bench install docs format lint clean
 
 all: build
 
@@ -39,6 +39,12 @@ check: setup-check
 	@cmake -S . -B $(BUILD) -DRY_WERROR=ON $(CMAKE_ARGS) >/dev/null
 	@cmake --build $(BUILD) --parallel $(JOBS)
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $(JOBS)
+
+# Speed on this machine: bench-speed.h5, .csv and .png in runs/.
+bench: build
+	@mkdir -p runs
+	$(BUILD)/ryusa bench speed -o runs/bench-speed.h5 --force
+	$(PYTHON) -B postprocess/bench.py runs/bench-speed.h5
 
 install: build
 	cmake --install $(BUILD) --prefix $(PREFIX)

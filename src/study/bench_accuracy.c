@@ -60,12 +60,13 @@ static void judge(const curve *c, ry_attempt *a)
 {
     const ry_problem *const p = c->problem;
     const ry_attempt *const last = &c->attempt[c->n - 1];
+    const double scale = p->scale > 0.0 ? p->scale : fabs(last->value[0]);
     a->error = 0.0;
     for (int k = 0; k < a->n; k++) {
         const double exact = p->has_reference ? last->value[k] : p->exact(k);
-        a->error = fmax(a->error, fabs(a->value[k] - exact) / p->scale);
+        a->error = fmax(a->error, fabs(a->value[k] - exact) / scale);
     }
-    a->error_bar = p->has_reference ? hypot(a->bar, last->bar) / p->scale : a->bar / p->scale;
+    a->error_bar = (p->has_reference ? hypot(a->bar, last->bar) : a->bar) / scale;
     a->has_run = a->has_run && isfinite(a->error) && (!p->has_reference || last->has_run);
 }
 
@@ -119,6 +120,9 @@ static void write_curve(const study *s, const curve *c)
     const ry_bench_path at = ry_bench_at("%s/%s", c->problem->name, ry_bench_law[c->law]);
     ry_table_file_set_text(s->run->file, at.text, "refused", c->attempt[0].message);
     ry_table_file_set_number(s->run->file, at.text, "steps_refused", n_shown(c) - n);
+    if (c->problem->has_reference) {
+        ry_table_file_set_number(s->run->file, at.text, "reference", c->attempt[c->n - 1].value[0]);
+    }
 }
 
 static void write_file(const study *s)

@@ -127,14 +127,14 @@ static ry_status run_impact(ry_law law, double speed, double dt, int quick, ry_s
     return status;
 }
 
-/* Rows of large and of small grains by turns, large ones at the bottom and on top: their weight goes
- * through the small ones. */
+/* Rows of large and of small grains by turns, so that the weight of large ones goes through small ones,
+ * on a row of large ones that are fixed: on a plane a bed may roll on for ever. */
 static ry_status run_sizes(ry_law law, double ratio, double layers, int quick, ry_stress *out,
                            ry_error *error)
 {
     enum { LARGE = 4 };
     const double small = diameter, large = ratio * small, length = 1.02 * LARGE * large;
-    const int rows = (int)layers, per_row = (int)(length / (1.02 * small));
+    const int rows = (int)layers + 1, per_row = (int)(length / (1.02 * small));
     const int n = rows * (per_row > LARGE ? per_row : LARGE);
     ry_config config = explicit_grains(law, n);
     if (config.particles == NULL) {
@@ -152,6 +152,9 @@ static ry_status run_sizes(ry_law law, double ratio, double layers, int quick, r
             add(&config, (k + 0.25 + 0.31 * (row / 2 % 2)) * gap, z + 0.501 * d, d);
         }
         z += 1.001 * d;
+    }
+    for (int k = 0; k < LARGE; k++) {
+        config.particles[k].fixed = 1;
     }
     const ry_stress_wish wish = {.steps = quick ? REST / QUICK : REST, .must_rest = 1};
     const ry_status status = ry_stress_run(&config, wish, out, error);
