@@ -77,9 +77,8 @@ class Bench(unittest.TestCase):
                     self.assertTrue(np.isnan(g["integration"][:][refused]).all())
                     self.assertTrue(np.isfinite(g["integration"][:][~refused]).all())
                     self.assertTrue(all(len(m) > 20 for m in g["message"][:][refused]))
-            # A row of grains on a plane comes to rest with every law that is not refused.
-            one_layer = f["sizes/energy/class"][:].reshape(3, 3)[0]
-            self.assertEqual([words[int(c)] for c in one_layer], ["quiet"] * 3)
+            # A row of equal grains on fixed ones comes to rest.
+            self.assertEqual(words[int(f["sizes/energy/class"][0])], "quiet")
         self.draws("s.h5")
 
     def test_stability_does_not_depend_on_threads(self):
