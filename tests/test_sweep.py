@@ -7,6 +7,7 @@ import os
 import re
 import signal
 import subprocess
+import sys
 import tempfile
 import time
 import unittest
@@ -121,6 +122,31 @@ class Sweep(unittest.TestCase):
         alone = re.search(r"hash (0x\w+)", r.stdout).group(1).encode()
         self.assertEqual(self.hashes("one.h5"), self.hashes("seven.h5"))
         self.assertEqual(self.hashes("one.h5")[1], alone)
+
+    def draw(self, *words):
+        script = Path(os.environ["SOURCE_DIR"]) / "postprocess/sweep.py"
+        return subprocess.run([sys.executable, "-B", script, *words], cwd=self.folder, text=True, timeout=120,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+    def test_pictures(self):
+        try:
+            import matplotlib  # noqa: F401
+        except ImportError as missing:
+            self.skipTest(str(missing))
+        self.write("vary: {fluid.shields: [0.3, 0.9], contact.friction: [0.3, 0.6]}\ntitle: two by two\nreplicas: 2\n")
+        self.sweep("-q", "-o", "theta.h5")
+        self.write("vary: {contact.law: [energy, fujioka-2], contact.friction: [0.3, 0.6]}\n")
+        self.sweep("-q", "-o", "law.h5")
+        for name in ("theta", "law"):
+            r = self.draw(f"{name}.h5")
+            self.assertEqual((r.returncode, r.stdout, r.stderr), (0, f"{name}-sweep.png\n", ""))
+            self.assertGreater((self.folder / f"{name}-sweep.png").stat().st_size, 10000)
+        for words, code, says in ((["nowhere.h5"], 4, "no such file"), (["law.d/case-0001.h5"], 4, "not the table of a sweep"),
+                                  (["s.yaml"], 4, "not an HDF5 file"), (["theta.h5", "-r", "nobody"], 2, "no relation")):
+            r = self.draw(*words)
+            self.assertEqual(r.returncode, code)
+            self.assertIn(says, r.stderr)
+            self.assertNotIn("Traceback", r.stderr)
 
     # --- stops ---
 

@@ -15,63 +15,11 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/text.h"
-#include "config/keys.h"
 #include "io/table_file.h"
 #include "scene/scene.h"
 #include "sim/plan.h"
 #include "study/pool.h"
 #include "study/sweep_private.h"
-
-/* --- what a case is ----------------------------------------------------------------------------- */
-
-static int seed_of(const ry_sweep_run *run, int index)
-{
-    return (int)(((long long)run->base.grains_seed + index % run->file.replicas) % 2147483648LL);
-}
-
-char *ry_sweep_case_text(const ry_sweep_run *run, int index)
-{
-    const ry_sweep_file *const f = &run->file;
-    const int point = index / f->replicas;
-    char *text = strdup("");
-    for (int k = 0; k < f->n_axes && text != NULL; k++) {
-        char *const longer = ry_text_print("%s%s%s=%s", text, k > 0 ? ", " : "", f->axis[k].path,
-                                           ry_sweep_file_value(f, point, k));
-        free(text);
-        text = longer;
-    }
-    if (f->replicas > 1 && text != NULL) {
-        char *const longer = ry_text_print("%s%sgrains.seed=%d", text, f->n_axes > 0 ? ", " : "",
-                                           seed_of(run, index));
-        free(text);
-        text = longer;
-    }
-    return text;
-}
-
-ry_status ry_sweep_case_config(const ry_sweep_run *run, int index, ry_config *config,
-                               ry_error *error)
-{
-    const ry_sweep_file *const f = &run->file;
-    const int n = f->n_axes + (f->replicas > 1);
-    char **const text = calloc((size_t)n + 1, sizeof *text);
-    int good = text != NULL;
-    for (int k = 0; k < n && good; k++) {
-        text[k] = k < f->n_axes ? ry_text_print("%s=%s", f->axis[k].path,
-                                                ry_sweep_file_value(f, index / f->replicas, k))
-                                : ry_text_print("grains.seed=%d", seed_of(run, index));
-        good = text[k] != NULL;
-    }
-    *config = (ry_config){0};
-    const ry_status status = good ? ry_config_parse(config, run->base.text, run->base.path,
-                                                    (const char *const *)text, n, error)
-                                  : ry_no_memory(error, (size_t)n);
-    for (int k = 0; k < n && text != NULL; k++) {
-        free(text[k]);
-    }
-    free(text);
-    return status;
-}
 
 static double work_of(const ry_config *config)
 {
@@ -84,75 +32,6 @@ static int grains_of(const ry_config *config)
 {
     const ry_scene_size size = ry_scene_measure(config);
     return (int)(size.explicit_grains + size.bed + size.floor);
-}
-
-/* --- the sweep as lines, to be compared at --resume --------------------------------------------- */
-
-static int is_varied(const ry_sweep_run *run, int key)
-{
-    for (int k = 0; k < run->file.n_axes; k++) {
-        if (run->file.axis[k].key == key) {
-            return 1;
-        }
-    }
-    return 0;
-}
-
-/* With the digits that it needs. */
-static void print_number(FILE *out, const ry_parameter *p)
-{
-    char text[40];
-    snprintf(text, sizeof text, "%.15g", p->number);
-    if (strtod(text, NULL) != p->number) {
-        snprintf(text, sizeof text, "%.17g", p->number);
-    }
-    fprintf(out, "%s.%s = %s\n", p->section, p->key, text);
-}
-
-static void describe_scene(const ry_sweep_run *run, FILE *out)
-{
-    ry_parameter p;
-    for (int k = 0; ry_config_parameter(&run->base, k, &p); k++) {
-        const int free_to_change = strcmp(p.section, "numerics") == 0 ||
-                                   k == RY_KEY_output_checkpoint || is_varied(run, k);
-        if (!free_to_change && p.type == 'c') {
-            fprintf(out, "%s.%s = %s\n", p.section, p.key, p.word);
-        } else if (!free_to_change) {
-            print_number(out, &p);
-        }
-    }
-    fprintf(out, "output.fields = %u\n", run->base.output_fields);
-    for (int k = 0; k < run->base.n_particles; k++) {
-        const ry_particle *const q = &run->base.particles[k];
-        fprintf(out, "particles[%d] = %.17g %.17g %.17g %.17g %.17g %.17g %.17g %d\n", k,
-                q->position[0], q->position[1], q->velocity[0], q->velocity[1], q->spin,
-                q->diameter, q->density, q->fixed);
-    }
-}
-
-/* The caller frees it; NULL without memory. */
-static char *describe(const ry_sweep_run *run)
-{
-    const ry_sweep_file *const f = &run->file;
-    char *text = NULL;
-    size_t size = 0;
-    FILE *const out = open_memstream(&text, &size);
-    if (out == NULL) {
-        return NULL;
-    }
-    for (int k = 0; k < f->n_axes; k++) {
-        char *const axis = ry_sweep_points_describe(&f->axis[k]);
-        fprintf(out, "vary %s = %s\n", f->axis[k].path, axis != NULL ? axis : "");
-        free(axis);
-    }
-    fprintf(out, "sample = %s\nsamples = %d\nreplicas = %d\nseed = %d\n", ry_sweep_file_sampling(f),
-            f->samples, f->replicas, f->seed);
-    describe_scene(run, out);
-    if (fclose(out) != 0) {
-        free(text);
-        return NULL;
-    }
-    return text;
 }
 
 /* --- one case, in its own process --------------------------------------------------------------- */
@@ -461,6 +340,8 @@ static ry_status finish(ry_sweep_run *run)
 {
     RY_TRY(count_all(run));
     if (run->result->missing == 0 || run->options->merge) {
+        /* Shards that end together take turns. */
+        RY_TRY(ry_sweep_store_lock_table(&run->store, run->error));
         RY_TRY(ry_sweep_table_write(run, run->error));
         run->result->table = 1;
     }
@@ -570,7 +451,7 @@ static ry_status sweep(ry_sweep_run *run)
     RY_TRY(load_base(run));
     run->n_cases = run->file.n_points * run->file.replicas;
     run->cases = calloc((size_t)run->n_cases, sizeof *run->cases);
-    char *const description = describe(run);
+    char *const description = ry_sweep_describe(run);
     ry_status status =
         run->cases == NULL || description == NULL ? ry_no_memory(run->error, 1) : RY_OK;
     if (status == RY_OK) {

@@ -38,6 +38,9 @@ char *ry_sweep_case_text(const ry_sweep_run *run, int index);
 ry_status ry_sweep_case_config(const ry_sweep_run *run, int index, ry_config *config,
                                ry_error *error);
 
+/* The sweep as lines "key = value", to be compared at --resume; the caller frees it. NULL without memory. */
+char *ry_sweep_describe(const ry_sweep_run *run);
+
 /* Writes OUT.h5 from the records of all cases. */
 ry_status ry_sweep_table_write(const ry_sweep_run *run, ry_error *error);
 

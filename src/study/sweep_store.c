@@ -215,32 +215,50 @@ static ry_status make_folder(const ry_sweep_store *store, ry_error *error)
     return RY_OK;
 }
 
-/* Byte `shard` of sweep.txt, or all of them. A sweep that was just killed holds its lock until its
- * workers have saved, so this waits a little. */
+/* The lock file is never written; its bytes are what is locked: one for each shard, and one for OUT.h5. */
+#define TABLE_BYTE ((off_t)1 << 30)
+
+static ry_status open_lock(ry_sweep_store *store, ry_error *error)
+{
+    if (store->lock >= 0) {
+        return RY_OK;
+    }
+    char *const path = ry_text_print("%s/sweep.txt.lock", store->folder);
+    if (path == NULL) {
+        return ry_no_memory(error, 1);
+    }
+    store->lock = open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+    const ry_status status =
+        store->lock >= 0 ? RY_OK : ry_fail(error, RY_BAD_FILE, "%s: %s", path, strerror(errno));
+    free(path);
+    return status;
+}
+
+/* A sweep that was just killed holds its lock until its workers have saved, so this waits a little. A
+ * file system without locks can't tell who else is there; that is the user's care. */
 static ry_status take_lock(ry_sweep_store *store, int shard, int shards, ry_error *error)
 {
-    char *const path = ry_text_print("%s/sweep.txt.lock", store->folder);
-    store->lock = path != NULL ? open(path, O_RDWR | O_CREAT | O_CLOEXEC, 0666) : -1;
-    ry_status status = RY_OK;
-    if (store->lock < 0) {
-        status =
-            ry_fail(error, RY_BAD_FILE, "%s/sweep.txt.lock: %s", store->folder, strerror(errno));
-    }
-    free(path);
-    for (int k = 0; status == RY_OK; k++) {
+    RY_TRY(open_lock(store, error));
+    for (int k = 0; k <= LOCK_TRIES; k++) {
         struct flock lock = {.l_type = F_WRLCK,
                              .l_whence = SEEK_SET,
                              .l_start = shards > 0 ? shard : 0,
-                             .l_len = shards > 0 ? 1 : 0};
+                             .l_len = shards > 0 ? 1 : TABLE_BYTE};
         if (fcntl(store->lock, F_OFD_SETLK, &lock) == 0 || (errno != EAGAIN && errno != EACCES)) {
-            break; /* taken; or a file system without locks, which can't tell */
-        }
-        if (k == LOCK_TRIES) {
-            status = ry_fail(error, RY_BAD_FILE, "%s: in use by another sweep", store->folder);
+            return RY_OK;
         }
         usleep(LOCK_WAIT_US);
     }
-    return status;
+    return ry_fail(error, RY_BAD_FILE, "%s: in use by another sweep", store->folder);
+}
+
+ry_status ry_sweep_store_lock_table(ry_sweep_store *store, ry_error *error)
+{
+    struct flock lock = {
+        .l_type = F_WRLCK, .l_whence = SEEK_SET, .l_start = TABLE_BYTE, .l_len = 1};
+    RY_TRY(open_lock(store, error));
+    while (fcntl(store->lock, F_OFD_SETLKW, &lock) != 0 && errno == EINTR) {}
+    return RY_OK;
 }
 
 static ry_status describe(const ry_sweep_store *store, const char *description, int sharded,

@@ -45,6 +45,9 @@ ry_status ry_sweep_store_open(ry_sweep_store *store, const char *description, in
 ry_status ry_sweep_store_look(const ry_sweep_store *store, const char *description,
                               ry_error *error);
 
+/* Waits for the right to write OUT.h5, and keeps it until the store is closed. */
+ry_status ry_sweep_store_lock_table(ry_sweep_store *store, ry_error *error);
+
 /* 1: something of this case is there. */
 int ry_sweep_store_has(const ry_sweep_store *store, int index);
 /* Removes all of it. */
