@@ -113,7 +113,7 @@ static int report(ry_sweep_run *run, int running, double work_running, const cha
     if (run->options->progress != NULL && run->options->progress(run->options->data, &p)) {
         run->stopping = 1;
     }
-    return run->stopping;
+    return run->stopping || run->broken;
 }
 
 static int look(void *data, int n_running, const int *job, const double *share)
@@ -161,8 +161,8 @@ static void on_end(void *data, int index, int exit_code, int killed_by)
         count_case(run, index, 1);
         return;
     }
-    *r = (ry_case_record){.known = 1,
-                          .status = killed_by > 0 ? 128 + killed_by : (int)RY_BAD_FILE,
+    *r = (ry_case_record){.known = killed_by > 0,
+                          .status = 128 + killed_by,
                           .q_star = NAN,
                           .q_star_error = NAN,
                           .autocorrelation_time = NAN,
@@ -171,11 +171,15 @@ static void on_end(void *data, int index, int exit_code, int killed_by)
         snprintf(r->message, sizeof r->message, "its process was killed by signal %d (%s)",
                  killed_by, strsignal(killed_by));
         ry_sweep_store_write(&run->store, index, r, NULL);
-    } else {
-        snprintf(r->message, sizeof r->message, "%.400s: its record can't be written there",
-                 run->store.folder);
+        count_case(run, index, 1);
+        return;
     }
-    count_case(run, index, 1);
+    /* The next case would find the same disk full. */
+    run->broken = 1;
+    ry_fail(
+        run->error, RY_BAD_FILE,
+        "%s: what became of case %d can't be written there (disk full?); what is done is kept, and --resume goes on",
+        run->store.folder, index + 1);
 }
 
 /* Before anything is made: which cases are refused. All of them: the sweep is wrong. */
@@ -293,7 +297,9 @@ static ry_status run_cases(ry_sweep_run *run)
                           .ended = on_end,
                           .look = look};
     ry_status status = n > 0 && !run->stopping ? ry_pool_run(&pool, run->error) : RY_OK;
-    if (status == RY_OK && run->n_ended < run->n_mine) {
+    if (run->broken) {
+        status = RY_BAD_FILE;
+    } else if (status == RY_OK && run->n_ended < run->n_mine) {
         status = RY_STOPPED;
     }
     free(job);

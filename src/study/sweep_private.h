@@ -25,8 +25,9 @@ typedef struct ry_sweep_run {
     ry_config base; /* the scene with what the sweep sets and -s */
     ry_sweep_case *cases;
     int n_cases;
-    int threads; /* of a case */
-    int stopping;
+    int threads;  /* of a case */
+    int stopping; /* the user asked for it */
+    int broken;   /* a record could not be written */
     double started, work_all, work_before, work_ended;
     int n_mine, n_ended, n_failed;
 } ry_sweep_run;
