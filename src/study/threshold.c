@@ -94,7 +94,7 @@ static int watch_sample(watch *w, double time, double interval, double q_star)
 /* Tells how far the search is; 1: it is to stop. */
 static int report(search *s, int done)
 {
-#pragma omp critical(ry_threshold_progress)
+#pragma omp critical
     if (s->options->progress != NULL &&
         s->options->progress(s->options->data, done, s->most_trials)) {
         atomic_store(&s->stopping, 1);
