@@ -1,0 +1,246 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * The report of a tuning, within 100 columns. */
+#include <math.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "base/clock.h"
+#include "study/tune_private.h"
+
+static void say(const ry_tune_run *run, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+static void say(const ry_tune_run *run, const char *format, ...)
+{
+    char text[1000];
+    va_list list;
+    va_start(list, format);
+    vsnprintf(text, sizeof text, format, list);
+    va_end(list);
+    if (run->wish->write != NULL) {
+        run->wish->write(run->wish->data, text);
+    }
+}
+
+static double chosen(const ry_tune_settling *t)
+{
+    return t->candidate[t->ours].value;
+}
+
+/* --- settling --- */
+
+static void settling_row(const ry_tune_run *run, const ry_tune_settling *t, int k, double his)
+{
+    const ry_tune_candidate *const c = &t->candidate[k];
+    const char *const mark = k == t->ours && k == t->theirs ? "  <- soonest, ours"
+                             : k == t->ours                 ? "  <- ours"
+                             : k == t->theirs               ? "  <- soonest"
+                                                            : "";
+    const char *const note = fabs(c->value - his) < 1e-9 * his ? "  (Harada's)" : "";
+    if (!c->good) {
+        int s = 0;
+        while (s + 1 < t->seeds && c->piece[s].status == RY_OK) {
+            s++;
+        }
+        const char *const why = strstr(c->piece[s].why, "contact.");
+        say(run, "  %7.4g  not run: %.78s%s\n", c->value, why != NULL ? why : c->piece[s].why, note);
+        return;
+    }
+    say(run, "  %7.4g  %6.3f +- %.3f  %6.3f +- %.3f  %8.4f +- %.4f   %8.5f%s%s%s\n", c->value, c->time[1],
+        c->error[1], c->time[0], c->error[0], c->height, c->height_error, c->deepest,
+        c->unrest > 0 ? " *" : "  ", mark, note);
+}
+
+static void settling_table(const ry_tune_run *run, const ry_tune_settling *t, double his)
+{
+    int unrest = 0;
+    say(run, "  %7s  time to 1e-4 d   time to 1e-3 d   settled height/d   deepest\n", t->key);
+    say(run, "           s                s                                   overlap/d\n");
+    for (int k = 0; k < t->n; k++) {
+        settling_row(run, t, k, his);
+        unrest += t->candidate[k].unrest;
+    }
+    if (unrest > 0) {
+        say(run, "  * some seeds still move by more than 1e-4 d at the end of the window\n");
+    }
+}
+
+static void harada_verdict(const ry_tune_run *run, const ry_tune_settling *t, double his)
+{
+    say(run, "  Harada's criterion (at rest soonest): %s = %.3g, 95 %% interval %.3g to %.3g; theirs %.3g\n",
+        t->key, t->candidate[t->theirs].value, t->theirs_low, t->theirs_high, his);
+    if (!t->clear) {
+        say(run, "    NOT IDENTIFIABLE by it: within the errors these settle as soon:");
+        for (int k = 0; k < t->n; k++) {
+            const ry_tune_candidate *const c = &t->candidate[k], *const b = &t->candidate[t->theirs];
+            if (c->good && c->time[1] - b->time[1] <= 2.0 * hypot(c->error[1], b->error[1])) {
+                say(run, " %.3g", c->value);
+            }
+        }
+        say(run, "\n");
+    }
+}
+
+static void report_settling(const ry_tune_run *run)
+{
+    const ry_tune_settling *const m = &run->stiffness, *const cn = &run->damping;
+    say(run, "\n1. alpha_m: a lattice settles for %.3g s, dry, alpha_cn = %.3g, %d packings for each (the same)\n",
+        run->settle_window, run->base.contact_alpha_cn, m->seeds);
+    settling_table(run, m, RY_TUNE_HIS_ALPHA_M);
+    harada_verdict(run, m, RY_TUNE_HIS_ALPHA_M);
+    say(run, "  Ours (softest spring that overlaps by no more than %.2g d, so that a collision takes the\n"
+             "    most steps): alpha_m = %.3g, 95 %% interval %.3g to %.3g (of the candidates)\n",
+        RY_TUNE_OVERLAP, chosen(m), m->ours_low, m->ours_high);
+    say(run, "\n2. alpha_cn: the same at alpha_m = %.3g\n", chosen(m));
+    settling_table(run, cn, RY_TUNE_HIS_ALPHA_CN);
+    harada_verdict(run, cn, RY_TUNE_HIS_ALPHA_CN);
+    say(run, "  Ours (least damping that comes to rest as soon as any, within the errors):\n"
+             "    alpha_cn = %.3g, 95 %% interval %.3g to %.3g (of the candidates)\n",
+        chosen(cn), cn->ours_low, cn->ours_high);
+}
+
+/* --- flux --- */
+
+static void flux_row(const ry_tune_run *run, const ry_tune_flux *f, const char *name)
+{
+    if (!f->good) {
+        const char *const why = strstr(f->piece[0].why, "contact.");
+        say(run, "  %-8s  not run: %.78s\n", name, why != NULL ? why : f->piece[0].why);
+        return;
+    }
+    say(run, "  %-8s", name);
+    for (int i = 0; i < run->fit.n_theta; i++) {
+        say(run, "  %9.3g", f->q[i]);
+    }
+    say(run, "\n  %-8s", "    +-");
+    for (int i = 0; i < run->fit.n_theta; i++) {
+        say(run, "  %9.2g", f->error[i]);
+    }
+    say(run, "\n");
+}
+
+static void flux_table(const ry_tune_run *run)
+{
+    const ry_tune_fit *const fit = &run->fit;
+    char name[30];
+    say(run, "  theta   ");
+    for (int i = 0; i < fit->n_theta; i++) {
+        say(run, "  %9.3g", fit->theta[i]);
+    }
+    say(run, "\n  target  ");
+    for (int i = 0; i < fit->n_theta; i++) {
+        say(run, "  %9.3g", fit->target[i]);
+    }
+    say(run, "\n");
+    for (int b = 0; b < fit->n_beta; b++) {
+        snprintf(name, sizeof name, "b=%.3g", fit->grid[b].beta);
+        flux_row(run, &fit->grid[b], name);
+    }
+    flux_row(run, &fit->best, "best");
+    flux_row(run, &fit->his, "Harada's");
+}
+
+static void report_reach(const ry_tune_run *run)
+{
+    const ry_tune_fit *const fit = &run->fit;
+    int met = 0;
+    for (int i = 0; i < fit->n_theta; i++) {
+        const double off = 100.0 * (fit->best.q[i] / fit->target[i] - 1.0);
+        const double error = 100.0 * fit->best.error[i] / fit->target[i];
+        const int within = fit->best.good && fabs(off) <= 100.0 * RY_TUNE_GOAL;
+        met += within;
+        if (!within && fit->best.good) {
+            say(run, "  theta = %-6.3g %+5.0f %% (+- %.0f) of the target: %s\n", fit->theta[i], off, error,
+                fit->reachable[i] ? "another beta meets it, not this one"
+                                  : "OUT OF REACH of the model, whatever beta");
+        }
+    }
+    say(run, "  within 25 %% of the target at %d of %d Shields numbers%s\n", met, fit->n_theta,
+        met == fit->n_theta ? "" : "; see above for the others");
+}
+
+static void report_beta(const ry_tune_run *run)
+{
+    const ry_tune_fit *const fit = &run->fit;
+    say(run, "\n4. beta: misfit = sum of [ln(q*/target)]^2 over its variance\n  ");
+    for (int b = 0; b < fit->n_beta; b++) {
+        if (fit->grid[b].good) {
+            say(run, "%.3g: %.1f   ", fit->grid[b].beta, fit->grid[b].misfit);
+        }
+    }
+    say(run, "\n  best beta = %.3g, 95 %% interval %.3g to %.3g (resampled within the errors); theirs 15.8\n",
+        fit->beta, fit->low, fit->high);
+    if (!fit->identifiable) {
+        say(run, "  NOT IDENTIFIABLE: the misfit is flat within its errors (contrast %.1f over the whole range)\n",
+            fit->contrast);
+    }
+    if (fit->at_edge) {
+        say(run, "  it lies at the edge of what was run: the target pulls beyond that, don't trust it\n");
+    }
+    report_reach(run);
+}
+
+static void report_confounding(const ry_tune_run *run)
+{
+    ry_config c = run->base;
+    c.contact_alpha_m = chosen(&run->stiffness);
+    c.contact_alpha_cn = chosen(&run->damping);
+    c.contact_beta = 1.0;
+    const ry_derived one = ry_config_derive(&c);
+    c.contact_beta = run->fit.beta;
+    const ry_derived best = ry_config_derive(&c);
+    say(run, "\nWhat beta does: with dt fixed it divides k by beta^2 and leaves eta as it is, for eta goes with\n"
+             "  alpha_cn beta x sqrt(k). k = %.3g N/m and eta = %.3g N s/m at beta = 1; %.3g and %.3g at %.3g.\n"
+             "  Softness and damping are confounded: a fit of beta can't tell one from the other.\n",
+        one.stiffness, one.damping, best.stiffness, best.damping, run->fit.beta);
+}
+
+static void report_difference(const ry_tune_run *run)
+{
+    ry_parameter p;
+    const char *law = "";
+    for (int k = 0; ry_config_parameter(&run->base, k, &p); k++) {
+        if (strcmp(p.section, "contact") == 0 && strcmp(p.key, "law") == 0) {
+            law = p.word;
+        }
+    }
+    say(run, "\nHarada's optimum 20.0, 1.3, 15.8 against ours %.3g, %.3g, %.3g (law %s):\n",
+        chosen(&run->stiffness), chosen(&run->damping), run->fit.beta, law);
+    say(run, "  an explicit dashpot bears eta dt/m only up to a limit, so below some alpha_m his bed could not\n"
+             "  come to rest, and above it a softer spring swings longer: his 20 lies between. Law `energy'\n"
+             "  bounds stiffness and dashpot, so every stiff spring comes to rest alike and settling time no\n"
+             "  longer singles one out. He does not print density, drag or how the stress reaches the grains,\n"
+             "  which move q* by more than beta does.\n");
+}
+
+void ry_tune_report(const ry_tune_run *run)
+{
+    const ry_tune_fit *const fit = &run->fit;
+    say(run, "%s: %s\n", run->base.path, run->base.title);
+    if (run->target.relation != NULL) {
+        say(run, "target  %s: %s %d\n", run->target.name, run->target.relation->authors,
+            run->target.relation->year);
+    } else {
+        say(run, "target  %s: %d points\n", run->target.name, run->target.n);
+    }
+    say(run, "        theta = tau_b/((rho_s - rho_f) g d); q* = q_b/sqrt((s-1) g d^3), sphere volumes in a\n"
+             "        slab of width d\n");
+    report_settling(run);
+    say(run, "\n3. flux: q*, from motion, %d packing%s for each (the same)", fit->seeds,
+        fit->seeds == 1 ? "" : "s");
+    if (fit->seeds > 1) {
+        say(run, "; packings differ by %.0f %%", 100.0 * fit->spread);
+    }
+    say(run, "\n");
+    flux_table(run);
+    report_beta(run);
+    report_confounding(run);
+    report_difference(run);
+    if (run->wish->quick) {
+        say(run, "\n--quick: few candidates and short runs; no numbers to rely on\n");
+    }
+    say(run, "\nresult  %s, scene with the constants %s; %.0f s\n", run->wish->output, run->yaml_path,
+        ry_clock() - run->started);
+}
