@@ -88,7 +88,7 @@ static impact collide(law_fn *law, ry_bond q, entry in)
     const double ims = in.im_i + in.im_j;
     double v_i = in.centre + in.w * in.im_i / ims, v_j = in.centre - in.w * in.im_j / ims;
     const double closing = v_i - v_j;
-    ry_touch t = {.d = in.d, .crowd = 0.0};
+    ry_touch t = {.d = in.d, .split = 1.0};
     impact out = {0};
     const int most = in.most > 0 ? in.most : 50000000;
     while (t.d > 0.0 && out.steps < most) {
@@ -101,7 +101,6 @@ static impact collide(law_fn *law, ry_bond q, entry in)
         t.d += p.shift + (v_i - v_j);
         t.rest = p.rest;
         t.age = fmin(t.age + 1.0, RY_AGE_MAX);
-        t.crowd = 1.0;
         out.steps++;
     }
     out.e = -(v_i - v_j) / closing;

@@ -218,7 +218,7 @@ static ry_touch random_touch(int k)
     ry_touch t = {.d = k % 7 == 0 ? size * evenly_log(1e-100, 1.0) : size * evenly_log(1e-9, 1.0),
                   .w = k % 5 == 0 ? 0.0 : size * evenly(-1.0, 1.0) * evenly_log(1e-9, 1.0),
                   .age = floor(evenly(0.0, 7.0)),
-                  .crowd = floor(evenly(0.0, 4.0))};
+                  .crowd = floor(evenly(0.0, 4.0)), .split = evenly(1.0, 4.0)};
     t.rest = k % 3 == 0 ? 0.0 : t.d * evenly(0.0, 1.5);
     return t;
 }
@@ -241,8 +241,8 @@ static void test_any_input(void **state)
                          q.e, t.d, t.w, sum);
             }
             if (laws[m].law != ry_law_cundall_tension && p.f > 4e-16 * (fabs(t.w) + t.d)) {
-                fail_msg("%s, case %d: a %g c %g e %g d %g w %g rest %g age %g crowd %g: pulls %g",
-                         laws[m].name, k, q.a, q.c, q.e, t.d, t.w, t.rest, t.age, t.crowd, p.f);
+                fail_msg("%s, case %d: a %g c %g e %g d %g w %g rest %g age %g split %g: pulls %g",
+                         laws[m].name, k, q.a, q.c, q.e, t.d, t.w, t.rest, t.age, t.split, p.f);
             }
         }
     }

@@ -3,10 +3,10 @@
  *
  * The default law: exact for two grains, quiet for many.
  *
- * An impact (a contact in its first RY_IMPACT_STEPS steps, of which at least one partner has no other)
- * follows Fujioka & Ushijima's idea: the
- * loss is booked once, in the closing step, and every later step keeps the energy, so that a free
- * binary impact has its restitution to rounding for any step. Two things differ from the paper:
+ * An impact (a contact in its first RY_IMPACT_STEPS steps, of which one partner has no other contact)
+ * follows Fujioka & Ushijima's idea: the loss is booked once, in the closing step, and every later step
+ * keeps the energy, so that a free binary impact has its restitution to rounding for any step. Three
+ * things differ from the paper:
  *
  *  - The grains are not shifted. The spring is: it is relaxed at the overlap `rest` instead of 0, so
  *    that its stretch d - rest is the paper's corrected overlap. The force stays central and nothing
@@ -14,13 +14,14 @@
  *  - Where one partner can't move, gravity is part of the balance. Free flight keeps
  *    w^2/2 - g d exactly, so the true closing speed is w_c^2 = w^2 - 2 g d, and the energy kept is
  *    w'^2/2 + a (d' - rest)^2/2 - g d'.
+ *  - A grain in several impacts at once gives each of them an equal part of its mass (`split`). Each keeps
+ *    the energy of its parts, and putting the parts together again, at their mean velocity, can only
+ *    lose: with the whole mass in each of them, two impacts would gain up to two thirds.
  *
- * A contact that outlives its impact, or whose partners both touch other grains, is enduring: a spring
- * with a dashpot that never pulls. The potential is the same, so nothing jumps at the change. The impact
- * law reverses the whole relative velocity at every contact of a grain at once: with two contacts (a
- * grain that bounces in the gap between two others) that gains energy, and in a packing it overshoots
- * for ever. The bounds on stiffness and dashpot (ry_bond_make) keep the enduring law below that for six
- * contacts. */
+ * Any other contact is enduring: a spring with a dashpot that never pulls. The potential is the same, so
+ * nothing jumps at the change. Why not the impact law for all: it takes the whole relative velocity at
+ * once, and a grain that bounces in the gap between two others never comes to rest. The bounds on stiffness and
+ * dashpot (ry_bond_make) keep the enduring law below what an explicit step bears for six contacts. */
 #ifndef RY_LAW_ENERGY_H
 #define RY_LAW_ENERGY_H
 
@@ -36,14 +37,14 @@ typedef struct ry_energy_share {
 /* The closing step. `energy2` is twice the energy after the loss, counted from the present height:
  * e^2 w_c^2 + 2 g d. It is shared as if spring and motion had both moved since the true contact, 1/s of
  * a step ago: stretch = w^/s. */
-RY_INLINE ry_energy_share ry_energy_close(const ry_bond q, const ry_touch t)
+RY_INLINE ry_energy_share ry_energy_close(const ry_bond q, const ry_touch t, double a)
 {
     const double speed2 = ry_max(t.w * t.w - 2.0 * t.g * t.d, 0.0);
     const double energy2 = ry_max(q.e * q.e * speed2 + 2.0 * t.g * t.d, 0.0);
     const double reach = ry_max(t.w, t.d); /* s d with s >= 1 */
     ry_energy_share share;
-    share.stretch = ry_min(t.d * sqrt(energy2 / (reach * reach + q.a * t.d * t.d)), t.d);
-    share.motion2 = ry_max(energy2 - q.a * share.stretch * share.stretch, 0.0);
+    share.stretch = ry_min(t.d * sqrt(energy2 / (reach * reach + a * t.d * t.d)), t.d);
+    share.motion2 = ry_max(energy2 - a * share.stretch * share.stretch, 0.0);
     share.lost = 0.5 * (t.w * t.w - energy2);
     return share;
 }
@@ -52,22 +53,24 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
 {
     const int alone = t.crowd <= 1.0;
     const int is_new = (t.age == 0.0) & alone, is_impact = (t.age < RY_IMPACT_STEPS) & alone;
+    const double a = q.a * t.split; /* of the parts */
     /* a spring that has let go is relaxed where the grains are: it costs nothing and makes the next
-     * squeeze start from here */
-    const double rest = ry_min(t.rest, t.d);
-    const ry_energy_share close = ry_energy_close(q, t);
+     * squeeze start from here; likewise that of a contact which is enduring from its first step on, whose
+     * overlap nobody has paid for */
+    const double rest = (t.age == 0.0) & !alone ? t.d : ry_min(t.rest, t.d);
+    const ry_energy_share close = ry_energy_close(q, t, a);
     const double stretch = is_new ? close.stretch : t.d - rest;
     const double motion2 = is_new ? close.motion2 : t.w * t.w;
 
     /* impact: the approach w' that keeps the energy, (1+a) w'^2 + 2 (a stretch - g) w' = motion2. In the
      * closing step the positive root: keep going in; later the negative one, or out if it leads there */
-    const double b = q.a * stretch - t.g;
-    const double root = sqrt(b * b + (1.0 + q.a) * motion2);
-    const double stay = ((is_new ? root : -root) - b) / (1.0 + q.a);
-    const double leave = t.g - sqrt(t.g * t.g + motion2 + q.a * stretch * stretch);
+    const double b = a * stretch - t.g;
+    const double root = sqrt(b * b + (1.0 + a) * motion2);
+    const double stay = ((is_new ? root : -root) - b) / (1.0 + a);
+    const double leave = t.g - sqrt(t.g * t.g + motion2 + a * stretch * stretch);
     const double after = is_new | (stretch + stay > 0.0) ? stay : leave;
     const int parts = is_new & (t.w <= 0.0); /* passing obliquely, parting already: let them go */
-    const double impact = (stretch > 0.0) | is_new ? after - t.w - t.g : 0.0;
+    const double impact = (stretch > 0.0) | is_new ? (after - t.w - t.g) / t.split : 0.0;
 
     const double spring = q.a * stretch;
     const double enduring = ry_min(-(spring + q.c * t.w), 0.0);
@@ -75,7 +78,7 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     p.f = parts ? 0.0 : (is_impact ? impact : enduring);
     p.shift = 0.0;
     p.rest = is_new ? (parts ? t.d : t.d - stretch) : rest;
-    p.impact = is_new & !parts ? close.lost : 0.0;
+    p.impact = is_new & !parts ? close.lost / t.split : 0.0;
     p.dashpot = is_impact ? 0.0 : enduring + spring;
     return p;
 }

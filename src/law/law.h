@@ -42,7 +42,8 @@ typedef struct ry_touch {
     double d, w, g;
     double rest;   /* overlap at which the spring is relaxed [m] */
     double age;    /* steps in touch before this one; 0: the contact is new */
-    double crowd;  /* contacts in the last step of that partner which has fewer; this one counts */
+    double crowd;  /* contacts in this step of the partner that has fewer of the two; this one counts */
+    double split;  /* 1/m_r over the true one, >= 1, of masses shared out over a grain's impacts */
 } ry_touch;
 
 typedef struct ry_push {

@@ -244,6 +244,7 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     const ry_motion *const m = &plan->motion;
     const double length = plan->derived.length;
     c->coef = ry_plan_law(config, &plan->derived);
+    c->counts = config->contact_law == RY_LAW_ENERGY;
     c->kernel = ry_contact_select((int)config->contact_law, c->features);
     c->dt = config->time_step;
     c->threads = plan->threads;

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * A block of listed pairs is first looked at for touch (geometry only), the touching ones are
- * collected side by side, and the law's kernel then runs over them without a branch. The kernel is
- * written once, contact_body, and stamped for each law of laws.def and each set of features. */
+ * The listed pairs are first looked at for touch (geometry only) and the touching ones collected side by
+ * side; then it is known how many contacts each grain has, and the law's kernel runs over them without
+ * a branch. The kernel is written once, contact_body, and stamped for each law of laws.def and each set
+ * of features. */
 #include "stage/contact.h"
 
 #include <math.h>
@@ -47,9 +48,9 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
         const int32_t i = near->i[k], j = near->j[k];
-        const double distance = near->distance[k];
+        const double distance = near->t_lever[k];
         const double inverse = 1.0 / distance;
-        const double nx = near->dx[k] * inverse, nz = near->dz[k] * inverse;
+        const double nx = near->t_nx[k] * inverse, nz = near->t_nz[k] * inverse;
         const double sum = r[i] + r[j];
         const double ux = (vx[i] - vx[j]) * dt, uz = (vz[i] - vz[j]) * dt;
         const double im_i = im[i], im_j = im[j];
@@ -73,6 +74,7 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
         t.rest = near->rest[k];
         t.age = near->age[k];
         t.crowd = near->crowd[k];
+        t.split = (near->young_i[k] * im_i + near->young_j[k] * im_j) * (tms * sum * per_all);
         const ry_push p = law(bond, t);
         const double normal = p.f * per_ims;
         double px = normal * nx, pz = normal * nz;
@@ -260,9 +262,10 @@ static void look_at_walls(const ry_contact *c, const ry_grains *g, const int32_t
     }
 }
 
-/* Puts the pairs that touch side by side; closes the books of those that have parted. */
-RY_CLONES static void collect(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t n,
-                    const ry_look *look, ry_near *near)
+/* Lists the pairs of a block that touch from place `at` of `touching` on, with what was seen of them, and
+ * closes the books of those that have parted. Returns how many touch. */
+static int32_t collect(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t n,
+                       const ry_look *look, int32_t at)
 {
     int32_t hit[RY_CONTACT_BLOCK], parted[RY_CONTACT_BLOCK];
     int32_t hits = 0, partings = 0;
@@ -276,35 +279,89 @@ RY_CLONES static void collect(const ry_contact *c, const ry_grains *g, ry_pairs 
     for (int32_t k = 0; k < partings; k++) {
         open_contact(c, g, pairs, first + parted[k]);
     }
-    near->n = hits;
-    near->n_padded = (hits + RY_CONTACT_LANES - 1) / RY_CONTACT_LANES * RY_CONTACT_LANES;
-    for (int32_t m = hits; m < near->n_padded; m++) {
-        hit[m] = hit[hits - 1];
-    }
-    hits = near->n_padded;
-    const int32_t *const owner = pairs->i + first, *const partner = pairs->j + first;
-    const int32_t *const crowd = pairs->crowd;
-    const double *const slip = pairs->slip + first, *const rest = pairs->rest + first;
-    const uint8_t *const age = pairs->age + first;
+    int32_t *const touching = pairs->touching + at;
+    double *const nx = pairs->t_nx + at, *const nz = pairs->t_nz + at, *const lever = pairs->t_lever + at;
 #pragma omp simd
     for (int32_t m = 0; m < hits; m++) {
-        const int32_t k = hit[m], i = owner[k], j = partner[k];
-        near->pair[m] = first + k;
+        touching[m] = first + hit[m];
+        nx[m] = look->dx[hit[m]];
+        nz[m] = look->dz[hit[m]];
+        lever[m] = look->distance[hit[m]];
+    }
+    return hits;
+}
+
+/* Counts the contacts of each grain. Whole numbers: the order in which threads come does not show. */
+static void count_contacts(const ry_contact *c, ry_pairs *pairs, int32_t at, int32_t n)
+{
+    int32_t *const crowd = pairs->crowd;
+    for (int32_t m = at; m < at + n; m++) {
+        const int32_t p = pairs->touching[m];
+        const int32_t one = RY_CROWD_ALL + (pairs->age[p] < RY_IMPACT_STEPS);
+        if (c->threads > 1) {
+#pragma omp atomic
+            crowd[pairs->i[p]] += one;
+#pragma omp atomic
+            crowd[pairs->j[p]] += one;
+        } else {
+            crowd[pairs->i[p]] += one;
+            crowd[pairs->j[p]] += one;
+        }
+    }
+}
+
+/* Finds who touches among the pairs first .. end-1. */
+static int32_t find_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first,
+                          int32_t end, int walls)
+{
+    ry_look look;
+    int32_t touching = 0;
+    for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
+        const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
+        (walls ? look_at_walls : look_at_pairs)(c, g, pairs->i + p, pairs->j + p, n, &look);
+        touching += collect(c, g, pairs, p, n, &look, first + touching);
+    }
+    if (c->counts) {
+        count_contacts(c, pairs, first, touching);
+    }
+    return touching;
+}
+
+/* Loads n touching pairs from place `at` on for the kernel; the last is repeated to fill the vectors. */
+RY_CLONES static void load(const ry_contact *c, const ry_pairs *pairs, int32_t at, int32_t n, ry_near *near)
+{
+    const int32_t *const touching = pairs->touching + at, *const owner = pairs->i, *const partner = pairs->j;
+    const int32_t *const crowd = pairs->crowd;
+    const double *const slip = pairs->slip, *const rest = pairs->rest;
+    const uint8_t *const age = pairs->age;
+    const double *const im = c->im;
+    near->n = n;
+    near->n_padded = (n + RY_CONTACT_LANES - 1) / RY_CONTACT_LANES * RY_CONTACT_LANES;
+    memcpy(near->pair, touching, (size_t)n * sizeof *near->pair);
+#define RY_GAP_LOAD(name) memcpy(near->t_##name, pairs->t_##name + at, (size_t)n * sizeof(double));
+    RY_GAP_FIELDS(RY_GAP_LOAD)
+#undef RY_GAP_LOAD
+    for (int32_t m = n; m < near->n_padded; m++) {
+        near->pair[m] = near->pair[n - 1];
+#define RY_GAP_PAD(name) near->t_##name[m] = near->t_##name[n - 1];
+        RY_GAP_FIELDS(RY_GAP_PAD)
+#undef RY_GAP_PAD
+    }
+#pragma omp simd
+    for (int32_t m = 0; m < near->n_padded; m++) {
+        const int32_t p = near->pair[m], i = owner[p], j = partner[p];
         near->i[m] = i;
         near->j[m] = j;
-        near->crowd[m] = crowd[i] < crowd[j] ? crowd[i] : crowd[j];
+        const int32_t all_i = im[i] > 0.0 ? crowd[i] / RY_CROWD_ALL : RY_CROWD_ALL;
+        const int32_t all_j = im[j] > 0.0 ? crowd[j] / RY_CROWD_ALL : RY_CROWD_ALL;
+        near->crowd[m] = all_i < all_j ? all_i : all_j;
+        near->young_i[m] = crowd[i] % RY_CROWD_ALL;
+        near->young_j[m] = crowd[j] % RY_CROWD_ALL;
+        near->slip[m] = slip[p];
+        near->rest[m] = rest[p];
     }
-#pragma omp simd
-    for (int32_t m = 0; m < hits; m++) {
-        const int32_t k = hit[m];
-        near->dx[m] = look->dx[k];
-        near->dz[m] = look->dz[k];
-        near->distance[m] = look->distance[k];
-        near->slip[m] = slip[k];
-        near->rest[m] = rest[k];
-    }
-    for (int32_t m = 0; m < hits; m++) {
-        near->age[m] = age[hit[m]];
+    for (int32_t m = 0; m < near->n_padded; m++) {
+        near->age[m] = age[near->pair[m]];
     }
 }
 
@@ -322,7 +379,6 @@ static void store(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
         slot[p][RY_SLOT_X] = near->px[k];
         slot[p][RY_SLOT_Z] = near->pz[k];
         slot[p][RY_SLOT_TURN] = near->pt[k];
-        slot[p][RY_SLOT_TOUCH] = 1.0;
         rest[p] = near->rest[k];
         age[p] = (uint8_t)near->age[k];
     }
@@ -346,40 +402,27 @@ static void book(const ry_contact *c, ry_pairs *pairs, const ry_near *near, int3
     for (int32_t k = 0; k < near->n; k++) {
         c->loss_impact[near->i[k]] += near->impact[k];
     }
+#define RY_GAP_COPY(name) memcpy(pairs->t_##name + at, near->t_##name, bytes);
+    RY_GAP_FIELDS(RY_GAP_COPY)
+#undef RY_GAP_COPY
 #define RY_TOUCH_COPY(name, unit, text) memcpy(pairs->t_##name + at, near->t_##name, bytes);
     RY_TOUCH_FIELDS(RY_TOUCH_COPY)
 #undef RY_TOUCH_COPY
 }
 
-/* Returns how many pairs of the block touch; they go to place `at` of `touching`. */
-static int32_t work_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first,
-                          int32_t n, int walls, int32_t at)
+/* Runs the law over the n touching pairs from place `from` on. */
+static void push_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t from, int32_t n)
 {
-    ry_look look;
     ry_near near;
-    (walls ? look_at_walls : look_at_pairs)(c, g, pairs->i + first, pairs->j + first, n, &look);
-    collect(c, g, pairs, first, n, &look, &near);
-    if (near.n == 0) {
-        return 0;
+    for (int32_t at = from; at < from + n; at += RY_CONTACT_BLOCK) {
+        const int32_t left = from + n - at;
+        load(c, pairs, at, left < RY_CONTACT_BLOCK ? left : RY_CONTACT_BLOCK, &near);
+        c->kernel(c, g, &near);
+        store(c, pairs, &near);
+        if (c->features & RY_CONTACT_LEDGER) {
+            book(c, pairs, &near, at);
+        }
     }
-    c->kernel(c, g, &near);
-    store(c, pairs, &near);
-    memcpy(pairs->touching + at, near.pair, (size_t)near.n * sizeof *near.pair);
-    if (c->features & RY_CONTACT_LEDGER) {
-        book(c, pairs, &near, at);
-    }
-    return near.n;
-}
-
-static int32_t work_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first,
-                          int32_t end, int walls)
-{
-    int32_t touching = 0;
-    for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
-        const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
-        touching += work_block(c, g, pairs, p, n, walls, first + touching);
-    }
-    return touching;
 }
 
 typedef struct ry_contact_task {
@@ -388,21 +431,36 @@ typedef struct ry_contact_task {
     ry_pairs *pairs;
 } ry_contact_task;
 
-static void work_chunks(void *context, int32_t begin, int32_t end, int thread)
+static void find_chunks(void *context, int32_t begin, int32_t end, int thread)
 {
     const ry_contact_task *const t = context;
     ry_pairs *const pairs = t->pairs;
     (void)thread;
     for (int32_t k = begin; k < end; k++) {
-        pairs->n_touching[k] = work_range(t->contact, t->grains, pairs, pairs->chunk[k], pairs->chunk[k + 1], 0);
+        pairs->n_touching[k] = find_range(t->contact, t->grains, pairs, pairs->chunk[k], pairs->chunk[k + 1], 0);
+    }
+}
+
+static void push_chunks(void *context, int32_t begin, int32_t end, int thread)
+{
+    const ry_contact_task *const t = context;
+    (void)thread;
+    for (int32_t k = begin; k < end; k++) {
+        push_range(t->contact, t->grains, t->pairs, t->pairs->chunk[k], t->pairs->n_touching[k]);
     }
 }
 
 void ry_contact_stage(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
 {
     ry_contact_task task = {c, g, pairs};
-    ry_parallel(c->threads, pairs->n_chunks, work_chunks, &task);
-    pairs->n_touching[pairs->n_chunks] = work_range(c, g, pairs, pairs->n_inner, pairs->n, 1);
+    int32_t *const at_walls = &pairs->n_touching[pairs->n_chunks];
+    if (c->counts) {
+        memset(pairs->crowd, 0, ((size_t)g->n + RY_MAX_WALLS) * sizeof *pairs->crowd);
+    }
+    ry_parallel(c->threads, pairs->n_chunks, find_chunks, &task);
+    *at_walls = find_range(c, g, pairs, pairs->n_inner, pairs->n, 1);
+    ry_parallel(c->threads, pairs->n_chunks, push_chunks, &task);
+    push_range(c, g, pairs, pairs->n_inner, *at_walls);
 }
 
 /* ---- measuring ------------------------------------------------------------------------------ */

@@ -28,8 +28,8 @@ enum { RY_CONTACT_LANES = 8 };
 typedef struct ry_near {
     int32_t n, n_padded;
     int32_t pair[RY_CONTACT_BLOCK], i[RY_CONTACT_BLOCK], j[RY_CONTACT_BLOCK];
-    double dx[RY_CONTACT_BLOCK], dz[RY_CONTACT_BLOCK], distance[RY_CONTACT_BLOCK]; /* i -> j [m] */
-    double crowd[RY_CONTACT_BLOCK];
+    double t_nx[RY_CONTACT_BLOCK], t_nz[RY_CONTACT_BLOCK], t_lever[RY_CONTACT_BLOCK]; /* see ry_pairs */
+    double crowd[RY_CONTACT_BLOCK], young_i[RY_CONTACT_BLOCK], young_j[RY_CONTACT_BLOCK];
     double slip[RY_CONTACT_BLOCK], rest[RY_CONTACT_BLOCK], age[RY_CONTACT_BLOCK]; /* in and out */
     double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK], pt[RY_CONTACT_BLOCK];
     double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK];
@@ -52,6 +52,7 @@ struct ry_contact {
     ry_wall wall[RY_MAX_WALLS];
     double wall_length; /* where the right wall stands [m] */
     int moves, features, threads;
+    int counts; /* the law wants to know how crowded grains are: energy */
     const double *im; /* inverse masses, walls included: 0 [1/kg] */
     const double *tm_grain; /* im + r^2/I [1/kg] */
     double *loss_impact, *loss_opening; /* per grain; with ledger [J] */

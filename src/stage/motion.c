@@ -67,7 +67,6 @@ RY_CLONES static void gather_range(const ry_motion *m, ry_pairs *pairs, int32_t 
         m->cx[k] = sum[RY_SLOT_X];
         m->cz[k] = sum[RY_SLOT_Z];
         m->ct[k] = sum[RY_SLOT_TURN];
-        pairs->crowd[k] = (pairs->crowd[k] & RY_CROWD_FIXED) + (int32_t)sum[RY_SLOT_TOUCH];
     }
 }
 
@@ -78,7 +77,6 @@ static void gather_walls(const ry_motion *m, ry_pairs *pairs)
         m->cx[k] += pairs->slot[p][RY_SLOT_X];
         m->cz[k] += pairs->slot[p][RY_SLOT_Z];
         m->ct[k] += pairs->slot[p][RY_SLOT_TURN];
-        pairs->crowd[k] += (int32_t)pairs->slot[p][RY_SLOT_TOUCH];
     }
 }
 

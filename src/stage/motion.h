@@ -29,7 +29,6 @@ typedef struct ry_motion {
 ry_status ry_motion_create(ry_motion *motion, int32_t n, int moves, int ledger, ry_error *error);
 void ry_motion_free(ry_motion *motion);
 
-/* Also counts the contacts of each grain, pairs->crowd. */
 void ry_motion_gather(const ry_motion *motion, const ry_grains *grains, ry_pairs *pairs);
 
 /* x0, z0: where the neighbour list was made; they wrap with x. Returns the square of the longest way

@@ -31,7 +31,7 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int mo
         RY_TRY(make(&pairs->sz, 1, sizeof *pairs->sz, error));
     }
     if (ledger) {
-        RY_TRY(make(&pairs->t_nx, 1, sizeof(double), error)); /* likewise */
+        RY_TRY(make(&pairs->t_run, 1, sizeof(double), error)); /* likewise */
     }
     return ry_pairs_reserve(pairs, 1, error);
 }
@@ -55,10 +55,13 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
         RY_TRY(make(&pairs->sz, room, sizeof *pairs->sz, error));
     }
 #define RY_TOUCH_MAKE(name, unit, text) RY_TRY(make(&pairs->t_##name, room, sizeof(double), error));
-    if (pairs->t_nx != NULL) {
+    if (pairs->t_run != NULL) {
         RY_TOUCH_FIELDS(RY_TOUCH_MAKE)
     }
 #undef RY_TOUCH_MAKE
+#define RY_GAP_MAKE(name) RY_TRY(make(&pairs->t_##name, room, sizeof(double), error));
+    RY_GAP_FIELDS(RY_GAP_MAKE)
+#undef RY_GAP_MAKE
     const size_t chunks = room / RY_CHUNK + 2;
     RY_TRY(make(&pairs->touching, room, sizeof *pairs->touching, error));
     RY_TRY(make(&pairs->n_touching, chunks + 1, sizeof *pairs->n_touching, error));
@@ -81,6 +84,9 @@ void ry_pairs_free(ry_pairs *pairs)
 #define RY_TOUCH_FREE(name, unit, text) free(pairs->t_##name);
     RY_TOUCH_FIELDS(RY_TOUCH_FREE)
 #undef RY_TOUCH_FREE
+#define RY_GAP_FREE(name) free(pairs->t_##name);
+    RY_GAP_FIELDS(RY_GAP_FREE)
+#undef RY_GAP_FREE
     *pairs = (ry_pairs){0};
 }
 
@@ -137,15 +143,8 @@ static int32_t find_slot(const ry_pairs *pairs, const int32_t *id, int32_t id_i,
 void ry_pairs_import(ry_pairs *pairs, const ry_state *state)
 {
     const ry_contacts *const from = &state->contacts;
-    for (int32_t k = 0; k < pairs->n_grains + RY_MAX_WALLS; k++) {
-        pairs->crowd[k] = k >= pairs->n_grains || state->grains.fixed[k] ? RY_CROWD_FIXED : 0;
-    }
     for (int64_t c = 0; c < from->n; c++) {
         const int32_t p = find_slot(pairs, state->grains.id, from->id_i[c], from->id_j[c]);
-        pairs->crowd[pairs->place[from->id_i[c]]]++;
-        if (from->id_j[c] < pairs->n_grains) {
-            pairs->crowd[pairs->place[from->id_j[c]]]++;
-        }
         if (p >= 0) { /* a contact that has since parted is not in the list: it is closed anyway */
             pairs->slip[p] = from->slip[c];
             pairs->rest[p] = from->rest[c];

@@ -16,7 +16,7 @@
 
 #include "store/state.h"
 
-enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_TOUCH, RY_SLOT };
+enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_SPARE, RY_SLOT };
 
 typedef struct ry_pairs {
     int32_t n_grains; /* grains the list was made for */
@@ -29,12 +29,13 @@ typedef struct ry_pairs {
     double *slip, *rest; /* as in ry_contacts */
     uint8_t *age;     /* steps in touch so far, up to 255; 0: did not touch in the last step */
     /* What the last step gives: impulse along x and z on the owner (the partner gets the opposite),
-     * angular impulse per radius (the same on both) [N s], and 1 if the pair touches. Side by side, because
-     * a grain fetches all four of a pair that may lie anywhere. */
+     * angular impulse per radius (the same on both) [N s]; the fourth fills up to a power of two. Side by
+     * side, because a grain fetches all of a pair that may lie anywhere. */
     double (*slot)[RY_SLOT];
     double *sx, *sz;  /* shift x reduced mass, on the owner; NULL unless the law moves [kg m] */
 
-    int32_t *crowd;       /* n_grains + RY_MAX_WALLS: contacts of a grain in the last step; what can't move: many */
+    int32_t *crowd;       /* n_grains + RY_MAX_WALLS: contacts of a grain in this step x RY_CROWD_ALL, plus those
+                             in their first steps x 1 */
     int32_t *row;         /* n_grains + 1: pairs row[k] .. row[k+1]-1 belong to owner k */
     int32_t *below_start; /* n_grains + 1 */
     int32_t *below;       /* n_inner: the slots in which a grain is the partner, ascending owner id */
@@ -42,11 +43,14 @@ typedef struct ry_pairs {
 
     int32_t *touching;    /* n: of each chunk, from its start, the pairs that touch; the walls' last */
     int32_t *n_touching;  /* n_chunks + 1: how many; the last for the walls */
-    /* What the ledger needs of the pairs in `touching`, side by side; NULL without ledger. */
+    /* Of the pairs in `touching`, side by side: first the way from the owner to its partner and its
+     * length [m], after the kernel the normal and the distance over the sum of the radii [1]. */
+#define RY_GAP_FIELDS(RY_GAP_FIELD) RY_GAP_FIELD(nx) RY_GAP_FIELD(nz) RY_GAP_FIELD(lever)
+#define RY_GAP_POINTER(name) double *t_##name;
+    RY_GAP_FIELDS(RY_GAP_POINTER)
+#undef RY_GAP_POINTER
+    /* What the ledger needs besides; NULL without ledger. */
 #define RY_TOUCH_FIELDS(RY_TOUCH_FIELD)                                                              \
-    RY_TOUCH_FIELD(nx, "1", "normal from the owner to its partner")                                  \
-    RY_TOUCH_FIELD(nz, "1", "")                                                                      \
-    RY_TOUCH_FIELD(lever, "1", "distance over the sum of the radii")                                 \
     RY_TOUCH_FIELD(run, "m", "tangential velocity x dt before the step")                             \
     RY_TOUCH_FIELD(spring, "m", "stretch of the tangential spring after the step, before the drift") \
     RY_TOUCH_FIELD(jn, "N s", "impulse of the normal dashpot along the approach")                    \
@@ -60,8 +64,8 @@ typedef struct ry_pairs {
     int32_t *chunk;       /* n_chunks + 1 */
 } ry_pairs;
 
-/* Set in the crowd of walls and fixed grains. */
-enum { RY_CROWD_FIXED = 1 << 30 };
+/* One contact in ry_pairs.crowd. */
+enum { RY_CROWD_ALL = 1 << 16 };
 
 /* About this many pairs make a chunk. */
 enum { RY_CHUNK = 1024 };

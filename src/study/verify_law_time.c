@@ -25,7 +25,7 @@ typedef void evaluate_fn(touches *t);
 #define FENCE(pointer) __asm__ volatile("" : : "r"(pointer) : "memory")
 
 #define EVALUATE(name)                                                                   \
-    const ry_touch touch = {.d = t->d[k], .w = t->w[k], .age = t->age[k], .crowd = 1.0}; \
+    const ry_touch touch = {.d = t->d[k], .w = t->w[k], .age = t->age[k], .split = 1.0}; \
     const ry_push push = ry_law_##name(t->bond, touch);                                  \
     t->f[k] = push.f;                                                                    \
     t->shift[k] = push.shift
