@@ -45,6 +45,27 @@ typedef struct study {
     row rows[MOST_ROWS];
 } study;
 
+/* --- what is said ------------------------------------------------------------------------------- */
+
+static void say_head(const study *s, const ry_machine *m)
+{
+    ry_bench_say(s->run, "%s, %d cores, load %.2f; %s\n", m->processor, m->cores, m->load,
+                 m->compiler);
+    ry_bench_say(s->run, "%-8s %-8s %8s %7s %12s %8s %7s  %s\n", "scene", "law", "grains",
+                 "threads", "grain-st./s", "median", "bytes", "ns per grain-step of each stage");
+}
+
+static void say_row(const study *s, const row *r)
+{
+    ry_bench_say(s->run, "%-8s %-8s %8d %7d %10.3f M %6.2f M %7.0f ", scenes[r->sheared],
+                 ry_bench_law[laws[r->law]], r->n, r->threads, r->rate * 1e-6, r->median * 1e-6,
+                 r->bytes);
+    for (int i = 0; i < r->n_stages; i++) {
+        ry_bench_say(s->run, " %s %.3g", r->stage[i], r->ns[i]);
+    }
+    ry_bench_say(s->run, "\n");
+}
+
 /* --- measuring ---------------------------------------------------------------------------------- */
 
 /* alpha_cn as large as an explicit dashpot bears in a bed, so that both laws run the same scene. */
@@ -109,7 +130,7 @@ static ry_status measure(row *r, const ry_config *config, int quick, ry_error *e
     if (sim == NULL) {
         return error->status;
     }
-    const double budget = quick ? 2e5 : 4e7, window = quick ? 2e5 : 3e6;
+    const double budget = quick ? 2e5 : 2e7, window = quick ? 2e5 : 3e6;
     ry_status status = ry_sim_step(sim, (long long)fmin(3000.0, ceil(budget / r->n)), error);
     r->bytes = (ry_machine_heap() - heap) / r->n;
     if (status == RY_OK) {
@@ -131,6 +152,7 @@ static ry_status run_rows(study *s, ry_error *error)
         }
         ry_config_free(&config);
         RY_TRY(status);
+        say_row(s, r);
         ry_bench_progress(s->run);
     }
     return RY_OK;
@@ -240,31 +262,13 @@ static ry_status write_csv(const study *s, const ry_machine *m, ry_error *error)
     return status;
 }
 
-static void say(const study *s, const ry_machine *m)
-{
-    ry_bench_say(s->run, "%s, %d cores, load %.2f; %s\n", m->processor, m->cores, m->load,
-                 m->compiler);
-    ry_bench_say(s->run, "%-8s %-8s %8s %7s %12s %8s %7s  %s\n", "scene", "law", "grains",
-                 "threads", "grain-st./s", "median", "bytes", "ns per grain-step of each stage");
-    for (int k = 0; k < s->n; k++) {
-        const row *const r = &s->rows[k];
-        ry_bench_say(s->run, "%-8s %-8s %8d %7d %10.3f M %6.2f M %7.0f ", scenes[r->sheared],
-                     ry_bench_law[laws[r->law]], r->n, r->threads, r->rate * 1e-6, r->median * 1e-6,
-                     r->bytes);
-        for (int i = 0; i < r->n_stages; i++) {
-            ry_bench_say(s->run, " %s %.3g", r->stage[i], r->ns[i]);
-        }
-        ry_bench_say(s->run, "\n");
-    }
-}
-
 ry_status ry_bench_speed(ry_bench_run *run, ry_error *error)
 {
     const ry_machine machine = ry_machine_describe();
     study s = {.run = run};
     lay_rows(&s);
+    say_head(&s, &machine);
     RY_TRY(run_rows(&s, error));
     write_file(&s, &machine);
-    say(&s, &machine);
     return write_csv(&s, &machine, error);
 }
