@@ -19,6 +19,7 @@ typedef struct ry_law_coef {
     double ratio_k;    /* k_t/k */
     double ratio_eta;  /* eta_t/eta */
     double bounded;    /* RY_BOND_NEIGHBOURS where the law bounds stiffness and dashpot, else 0 */
+    double hertz, root_hertz; /* law tanaka: 1/sqrt(L) and its root; 0: linear spring [m^-1/2, m^-1/4] */
     double g_dt2;      /* gravity, less buoyancy, x dt^2 [m] */
 } ry_law_coef;
 
@@ -47,8 +48,8 @@ RY_INLINE ry_bond ry_bond_make(const ry_law_coef *q, double im, double tm)
     const double per_normal = tangential * rest * inverse, per_tangential = normal * rest * inverse;
     const double per_rest = normal * tangential * inverse;
     ry_bond b;
-    b.a = a * bound_c * per_normal;
-    b.c = c * bound_a * per_normal;
+    b.a = a * bound_c * per_normal * (q->hertz > 0.0 ? q->hertz : 1.0);
+    b.c = c * bound_a * per_normal * (q->hertz > 0.0 ? q->root_hertz : 1.0);
     b.e = q->e;
     b.stretch = ry_min(stretch * bound_d * per_tangential, 1.0);
     b.per_stretch = ry_max(bound_s * im * per_rest, 1.0);

@@ -46,7 +46,8 @@ ry_law_coef ry_plan_law(const ry_config *config, const ry_derived *derived)
     if (config->contact_law == RY_LAW_ENERGY) {
         q.bounded = RY_BOND_NEIGHBOURS;
     } else if (config->contact_law == RY_LAW_TANAKA) {
-        q.k_dt2 /= sqrt(derived->d);
+        q.hertz = 1.0 / sqrt(derived->d); /* the tangential spring stays linear */
+        q.root_hertz = sqrt(q.hertz);
         q.eta_dt = 0.0;
         q.zeta2 = sqrt(5.0) * derived->zeta_impact;
     } else if (!isnan(derived->zeta_impact)) {
@@ -238,6 +239,17 @@ static void set_walls(ry_plan *plan, const ry_config *config)
     }
 }
 
+/* Grains of different density fall differently in a fluid: then gravity stays out of the impact's balance. */
+static int fall_alike(const ry_motion *m, int32_t n, double weight)
+{
+    for (int32_t k = 0; k < n; k++) {
+        if (m->im[k] != 0.0 && fabs(m->weight[k] - weight) > 1e-9 * fabs(weight)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
 static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *state)
 {
     ry_contact *const c = &plan->contact;
@@ -266,7 +278,7 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
         }
     }
     if (first >= 0) { /* where grains differ, tm and bond are not used */
-        c->coef.g_dt2 = -m->weight[first] * c->dt;
+        c->coef.g_dt2 = fall_alike(m, state->grains.n, m->weight[first]) ? -m->weight[first] * c->dt : 0.0;
         c->tm[0] = 2.0 * m->tm[first];
         c->tm[1] = m->tm[first];
         c->bond[0] = ry_bond_make(&c->coef, 2.0 * m->im[first], c->tm[0]);

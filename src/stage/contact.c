@@ -472,7 +472,8 @@ static double normal_energy(const ry_contact *c, const ry_grains *g, const ry_pa
     const int32_t i = pairs->i[p], j = pairs->j[p];
     const ry_bond q = bond_of(c, i, j);
     const double stretch = ry_max(g->radius[i] + g->radius[j] - gap.distance - pairs->rest[p], 0.0);
-    return 0.5 * q.a * stretch * stretch / ((c->im[i] + c->im[j]) * c->dt * c->dt);
+    const double power = c->coef.hertz > 0.0 ? 0.4 * sqrt(stretch) : 0.5; /* int a d^1.5, int a d */
+    return power * q.a * stretch * stretch / ((c->im[i] + c->im[j]) * c->dt * c->dt);
 }
 
 static void note_overlap(const ry_grains *g, int32_t i, int32_t j, double overlap, ry_contact_sums *sums)

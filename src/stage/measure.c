@@ -103,6 +103,7 @@ void ry_measure_tally(ry_measure *m, const ry_state *state, const ry_motion *mot
     if (state->step % m->window == m->window / 2) {
         memcpy(m->middle, state->grains.z, (size_t)state->grains.n * sizeof *m->middle);
     }
+    m->tallied++;
     ry_parallel(m->threads, state->grains.n, tally, &task);
 }
 
@@ -179,7 +180,7 @@ RY_CLONES static void sum_block(const ry_measure *m, const ry_state *state, cons
         const double im = motion->im[k];
         add_volumes(m, sums, g->z[k], g->radius[k], g->vx[k], im != 0.0);
         if (im != 0.0) {
-            add_forces(m, sums, m->middle[k], g->radius[k], m->impulse[k] / (m->window * motion->dt),
+            add_forces(m, sums, m->middle[k], g->radius[k], m->impulse[k] / (m->tallied * motion->dt),
                        motion->gx[k] / (im * motion->dt));
             add_flux(m, sums, g->z[k], g->radius[k], g->vx[k] * g->vz[k] / im);
         }
@@ -235,6 +236,7 @@ void ry_measure_add(ry_measure *m, const ry_state *state, const ry_motion *motio
         fluid_above = fluid;
     }
     memset(m->impulse, 0, (size_t)state->grains.n * sizeof *m->impulse);
+    m->tallied = 0;
     m->samples++;
 }
 

@@ -22,7 +22,8 @@ typedef struct ry_measure {
     double *tau_fluid;   /* [Pa] */
     double *impulse;     /* of each grain's contacts along x since the last sample [N s] */
     double *middle;      /* height of each grain halfway since then [m] */
-    int32_t window;      /* steps between samples */
+    int32_t window;      /* steps between samples, as planned */
+    int32_t tallied;     /* steps since the last sample, as it came */
     double *sums;        /* scratch */
 } ry_measure;
 
