@@ -65,7 +65,7 @@ static void test_bounce_energy(void **state)
         const double closing = 1.0; /* true speed; a flight of 2 e/g steps follows */
         const double g = evenly_log(1e-6, 2.0 * q.e / 20.0) * closing;
         const double part = evenly(0.0, 1.0); /* of a step since the true contact */
-        ry_touch t = {.d = closing * part + 0.5 * g * part * part, .w = closing + g * part, .g = g};
+        ry_touch t = {.d = closing * part + 0.5 * g * part * part, .w = closing + g * part, .g = g, .split = 1.0};
         int steps = 0;
         while (t.d > 0.0 && steps < 100) {
             const ry_push p = ry_law_energy(q, t);
@@ -135,7 +135,7 @@ static void test_fujioka1(void **state)
             assert_true(fabs(out.e - q.e) <= 1e-14);
             at_once++;
         } else if (q.e * q.e >= phase * phase * q.a / (1.0 + q.a)) {
-            const ry_touch t = {.d = phase, .w = 1.0};
+            const ry_touch t = {.d = phase, .w = 1.0, .split = 1.0};
             const double w = 1.0 + ry_law_fujioka1(q, t).f, d = phase + w;
             assert_true(fabs(w * w + q.a * d * d - q.e * q.e) <= 1e-12);
             worst = d > 0.0 ? fmax(worst, fabs(out.e - q.e)) : worst;
@@ -283,7 +283,7 @@ static void test_tangential(void **state)
 static int steps_in_touch(law_fn *law, ry_bond q, double dt)
 {
     const double g = 9.8 * dt * dt / 225.0;
-    ry_touch t = {.d = -0.01};
+    ry_touch t = {.d = -0.01, .split = 1.0};
     int steps = 0;
     while (steps == 0 || t.d > 0.0) {
         double f = 0.0, shift = 0.0;
