@@ -133,8 +133,8 @@ static void on_progress(void *data, const ry_tune_progress *p)
     if (isfinite(p->seconds_left) && p->done < p->all) {
         ry_progress_span(left, sizeof left, p->seconds_left);
     }
-    snprintf(text, sizeof text, "%s  %d of %d%s%s%s", p->what, p->done, p->all, left[0] ? "  " : "", left,
-             left[0] ? " left" : "");
+    snprintf(text, sizeof text, "%s  %d of %d%s%s%s", p->what, p->done, p->all, left[0] ? "  " : "",
+             left, left[0] ? " left" : "");
     fprintf(stderr, d->terminal ? "\r\033[K%.79s" : "%s\n", text);
     fflush(stderr);
     d->next_share = floor(4.0 * share + 1.0) / 4.0;
@@ -171,7 +171,8 @@ static int run(const arguments *a)
         fputs("\r\033[K", stderr);
     }
     if (status == RY_STOPPED) {
-        fprintf(stderr, "ryusa: stopped; what is done is kept in %s.pieces, --resume goes on\n", a->output);
+        fprintf(stderr, "ryusa: stopped; what is done is kept in %s.pieces, --resume goes on\n",
+                a->output);
         return RY_STOPPED;
     }
     if (status != RY_OK) {

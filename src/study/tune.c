@@ -23,14 +23,14 @@
 #define BOOST 0.25
 enum { LONGEST_NAME = 60 };
 
-static const double alpha_m_full[] = {10,   14.1421, 20,  28.2843, 40, 56.5685,
+static const double alpha_m_full[] = {10, 14.1421, 20,  28.2843, 40, 56.5685,
                                       80, 113.137, 160, 226.274, 320};
 static const double alpha_m_quick[] = {10, 20, 80, 320};
 static const double alpha_cn_full[] = {0.1, 0.2, 0.35, 0.7, 1.3, 2.5, 5, 10, 20};
 static const double alpha_cn_quick[] = {0.2, 1.3, 5};
 static const double beta_full[] = {0.25, 0.5, 1, 2, 4, 8, 15.8};
 static const double beta_quick[] = {0.5, 1, 4};
-enum { FULL_SETTLE_SEEDS = 6, FULL_FLUX_SEEDS = 2, FULL_THETAS = 6, QUICK_THETAS = 2 };
+enum { FULL_SETTLE_SEEDS = 6, FULL_FLUX_SEEDS = 4, FULL_THETAS = 6, QUICK_THETAS = 2 };
 #define COUNT(array) ((int)(sizeof(array) / sizeof(array)[0]))
 
 /* --- pieces of a step ----------------------------------------------------------------------------- */
@@ -119,7 +119,8 @@ static void make_config(const ry_tune_run *run, ry_tune_piece *piece, const char
                         int n)
 {
     ry_error own = {0};
-    if (ry_config_parse(&piece->config, run->base.text, run->base.path, changes, n, &own) != RY_OK) {
+    if (ry_config_parse(&piece->config, run->base.text, run->base.path, changes, n, &own) !=
+        RY_OK) {
         piece->status = RY_BAD_INPUT;
         snprintf(piece->why, sizeof piece->why, "%.299s", own.text);
         piece->why[strcspn(piece->why, "\n")] = '\0';
@@ -158,7 +159,8 @@ static void name_piece(ry_tune_piece *piece, const char *kind, const changes *c)
 {
     size_t used = (size_t)snprintf(piece->words, sizeof piece->words, "%s", kind);
     for (int k = 0; k < c->n && used < sizeof piece->words; k++) {
-        used += (size_t)snprintf(piece->words + used, sizeof piece->words - used, " %s", c->text[k]);
+        used +=
+            (size_t)snprintf(piece->words + used, sizeof piece->words - used, " %s", c->text[k]);
     }
 }
 
@@ -299,25 +301,30 @@ static ry_status check_scene(const ry_tune_run *run, ry_error *error)
     const char *const path = run->wish->scene;
     if (!c->has_grains || c->grains_columns == 0 || c->grains_layers == 0) {
         return ry_fail(error, RY_BAD_INPUT,
-                       "%s: grains: there is no bed to tune; give grains.columns and grains.layers", path);
+                       "%s: grains: there is no bed to tune; give grains.columns and grains.layers",
+                       path);
     }
     if (!isnan(c->contact_stiffness)) {
         return ry_fail(error, RY_BAD_INPUT,
-                       "%s: contact.stiffness: replaces alpha_m, which is to be found; remove it", path);
+                       "%s: contact.stiffness: replaces alpha_m, which is to be found; remove it",
+                       path);
     }
     if (c->fluid_model == RY_FLUID_NONE) {
         return ry_fail(error, RY_BAD_INPUT,
                        "%s: fluid.model: none moves no grain, so beta can't be found; allowed are "
-                       "stress, log, balance", path);
+                       "stress, log, balance",
+                       path);
     }
     if (!(c->domain_gravity > 0.0)) {
-        return ry_fail(error, RY_BAD_INPUT, "%s: domain.gravity: a bed settles by gravity; it is 0", path);
+        return ry_fail(error, RY_BAD_INPUT, "%s: domain.gravity: a bed settles by gravity; it is 0",
+                       path);
     }
     if (!(c->time_end >= c->time_settle + BOOST + 0.1)) {
-        return ry_fail(error, RY_BAD_INPUT,
-                       "%s: time.end: %g s leaves no time for a flux after time.settle and the start "
-                       "from motion; allowed is at least %g s",
-                       path, c->time_end, c->time_settle + BOOST + 0.1);
+        return ry_fail(
+            error, RY_BAD_INPUT,
+            "%s: time.end: %g s leaves no time for a flux after time.settle and the start "
+            "from motion; allowed is at least %g s",
+            path, c->time_end, c->time_settle + BOOST + 0.1);
     }
     return RY_OK;
 }
@@ -346,10 +353,12 @@ static ry_status choose_thetas(ry_tune_run *run, ry_error *error)
             fit->target_error[fit->n_theta++] = ry_target_error(target, theta);
         }
     }
-    return fit->n_theta > 0 ? RY_OK
-                            : ry_fail(error, RY_BAD_INPUT,
-                                      "%s: no flux above 0 between Shields numbers %g and %g: nothing "
-                                      "to tune for", target->name, low, high);
+    return fit->n_theta > 0
+               ? RY_OK
+               : ry_fail(error, RY_BAD_INPUT,
+                         "%s: no flux above 0 between Shields numbers %g and %g: nothing "
+                         "to tune for",
+                         target->name, low, high);
 }
 
 /* One word for everything that the pieces depend on. */
@@ -389,8 +398,8 @@ static ry_status check_outputs(ry_tune_run *run, ry_error *error)
     if (exists && stat(run->wish->scene, &scene) == 0 && scene.st_ino == yaml.st_ino &&
         scene.st_dev == yaml.st_dev) {
         return ry_fail(error, RY_BAD_INPUT,
-                       "-o %s: the tuned scene %s would replace the scene; give another name", output,
-                       run->yaml_path);
+                       "-o %s: the tuned scene %s would replace the scene; give another name",
+                       output, run->yaml_path);
     }
     RY_TRY(ry_table_file_check(output, run->wish->force, error));
     return exists && !run->wish->force && !run->wish->resume

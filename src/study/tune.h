@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * Harada, Gotoh & Sakai's way to the constants of a movable bed, automated: alpha_m and alpha_cn from
- * settling lattices, then beta from the flux against a target (docs/tune.md). */
+ * Harada, Gotoh & Sakai's way to the constants of a movable bed, automated: alpha_m and alpha_cn
+ * from settling lattices, then beta from the flux against a target (docs/tune.md). */
 #ifndef RY_STUDY_TUNE_H
 #define RY_STUDY_TUNE_H
 
@@ -23,9 +23,10 @@ typedef struct ry_tune_options {
     int n_overrides;
     int threads; /* simulations at a time, 0: as many as there are cores */
     int resume, force;
-    int quick;   /* a few candidates, short runs: to try it out */
+    int quick;                                   /* a few candidates, short runs: to try it out */
     void (*write)(void *data, const char *text); /* the report, piece by piece */
-    void (*progress)(void *data, const ry_tune_progress *progress); /* never from two threads at once */
+    void (*progress)(void *data,
+                     const ry_tune_progress *progress); /* never from two threads at once */
     int (*stop)(void *data); /* asked from any thread; not 0: save and return RY_STOPPED */
     void *data;
 } ry_tune_options;

@@ -27,8 +27,20 @@ static void numbers(const writer *w, const char *group, const char *name, const 
 
 /* --- settling --- */
 
-enum { ALPHA, FINE, FINE_ERROR, COARSE, COARSE_ERROR, HEIGHT, HEIGHT_ERROR, DEEPEST, DEEPEST_ERROR,
-       UNREST, STATUS, COLUMNS };
+enum {
+    ALPHA,
+    FINE,
+    FINE_ERROR,
+    COARSE,
+    COARSE_ERROR,
+    HEIGHT,
+    HEIGHT_ERROR,
+    DEEPEST,
+    DEEPEST_ERROR,
+    UNREST,
+    STATUS,
+    COLUMNS
+};
 static const struct {
     const char *name, *unit, *text;
 } column[COLUMNS] = {
@@ -48,9 +60,9 @@ static const struct {
 static void candidate_row(const ry_tune_settling *t, int k, double row[COLUMNS])
 {
     const ry_tune_candidate *const c = &t->candidate[k];
-    const double all[COLUMNS] = {c->value, c->time[1], c->error[1], c->time[0], c->error[0],
-                                 c->height, c->height_error, c->deepest, c->deepest_error,
-                                 c->unrest, 0.0};
+    const double all[COLUMNS] = {
+        c->value,        c->time[1], c->error[1],      c->time[0], c->error[0], c->height,
+        c->height_error, c->deepest, c->deepest_error, c->unrest,  0.0};
     for (int i = 0; i < COLUMNS; i++) {
         row[i] = c->good || i == ALPHA ? all[i] : NAN;
     }
@@ -144,8 +156,8 @@ static void write_fit(const writer *w)
     numbers(w, "flux", "theta", "1", "Shields number tau_b/((rho_s - rho_f) g d)", fit->n_theta,
             fit->theta);
     numbers(w, "flux", "target", "1", "q* of the target", fit->n_theta, fit->target);
-    numbers(w, "flux", "reachable", "1", "1: some beta comes within 25 % of the target", fit->n_theta,
-            reachable);
+    numbers(w, "flux", "reachable", "1", "1: some beta comes within 25 % of the target",
+            fit->n_theta, reachable);
     numbers(w, "misfit", "beta", "1", "", RY_TUNE_FINE, fit->fine_beta);
     numbers(w, "misfit", "misfit", "1", "sum of [ln(q*/target)]^2 over its variance", RY_TUNE_FINE,
             fit->fine_misfit);
@@ -172,7 +184,8 @@ ry_status ry_tune_write_file(const ry_tune_run *run, ry_error *error)
     ry_table_file_set_text(w.file, "/", "scene_text", run->base.text);
     ry_table_file_set_number(w.file, "/", "alpha_m",
                              run->stiffness.candidate[run->stiffness.ours].value);
-    ry_table_file_set_number(w.file, "/", "alpha_cn", run->damping.candidate[run->damping.ours].value);
+    ry_table_file_set_number(w.file, "/", "alpha_cn",
+                             run->damping.candidate[run->damping.ours].value);
     ry_table_file_set_number(w.file, "/", "beta", run->fit.beta);
     ry_table_file_set_number(w.file, "/", "quick", run->wish->quick);
     write_settling(&w, &run->stiffness);
@@ -194,8 +207,9 @@ ry_status ry_tune_write_scene(const ry_tune_run *run, ry_error *error)
     const char *const changes[] = {alpha_m, alpha_cn, beta};
     ry_config tuned;
     RY_TRY(ry_config_parse(&tuned, run->base.text, run->base.path, changes, 3, error));
-    char *const text = ry_text_print("# Tuned against %s%s; the constants are in the last lines.\n%s\n",
-                                     run->target.name, run->wish->quick ? " (--quick)" : "", tuned.text);
+    char *const text =
+        ry_text_print("# Tuned against %s%s; the constants are in the last lines.\n%s\n",
+                      run->target.name, run->wish->quick ? " (--quick)" : "", tuned.text);
     const ry_status status = text != NULL ? ry_text_write(run->yaml_path, text, error)
                                           : ry_no_memory(error, strlen(tuned.text));
     free(text);

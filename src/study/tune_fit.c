@@ -5,8 +5,10 @@
  *
  *     misfit(beta) = sum over theta of [ln(q / target)]^2 / (s^2 + t^2)
  *
- * s: standard error of ln q; t: that of the target, 0.25 where it tells none, for a target is met when
- * it is met within 25 %. Between the betas that were run, ln(q / target) is linear in ln beta. */
+ * s: standard error of ln q; t: that of the target, 0.25 where it tells none, for a target is met
+ * when it is met within 25 %. Below a tenth of the target a bed is at rest, or nearly; whether it
+ * moves depends on its packing, and how much tells nothing: it counts as ten times too slow, with
+ * s = 1. Between the betas that were run, ln(q / target) is linear in ln beta. */
 #include <math.h>
 #include <stdlib.h>
 
@@ -14,7 +16,8 @@
 #include "study/tune_private.h"
 
 enum { RESAMPLES = 2000, SEED = 5898 };
-#define LEAST_PART 0.01
+#define LEAST_PART 0.1
+#define LARGEST_ERROR 1.0
 /* Below this contrast (two standard errors) the misfit is flat. */
 #define LEAST_CONTRAST 4.0
 /* ... and so it is if this part of the range, in ln beta, is all as good. */
@@ -28,7 +31,8 @@ double ry_tune_ratio(double q, double target)
 
 /* --- means over seeds --- */
 
-static int mean_flux(const ry_tune_fit *fit, ry_tune_flux *f, int i, double *within, double *between)
+static int mean_flux(const ry_tune_fit *fit, ry_tune_flux *f, int i, double *within,
+                     double *between)
 {
     double sum = 0.0, errors = 0.0, squares = 0.0;
     const ry_tune_piece *const piece = &f->piece[(size_t)i * (size_t)fit->seeds];
@@ -96,12 +100,19 @@ typedef struct curve {
     double ratio[RY_TUNE_BETAS][RY_TUNE_THETAS], weight[RY_TUNE_BETAS][RY_TUNE_THETAS];
 } curve;
 
+/* Standard error of ln(q / target). */
+static double error_of(const ry_tune_fit *fit, const ry_tune_flux *f, int i)
+{
+    return f->q[i] > LEAST_PART * fit->target[i] ? fmin(f->error[i] / f->q[i], LARGEST_ERROR)
+                                                 : LARGEST_ERROR;
+}
+
 static double weight_of(const ry_tune_fit *fit, const ry_tune_flux *f, int i)
 {
-    const double q = fmax(f->q[i], LEAST_PART * fit->target[i]);
-    const double s = fmin(f->error[i] / q, 2.0);
-    const double t = isnan(fit->target_error[i]) ? RY_TUNE_GOAL
-                                                 : fmax(fit->target_error[i] / fit->target[i], 0.02);
+    const double s = error_of(fit, f, i);
+    const double t = isnan(fit->target_error[i])
+                         ? RY_TUNE_GOAL
+                         : fmax(fit->target_error[i] / fit->target[i], 0.02);
     return 1.0 / (s * s + t * t);
 }
 
@@ -149,8 +160,8 @@ static curve make_curve(const ry_tune_fit *fit, int round)
         c.x[c.n] = log(f->beta);
         for (int i = 0; i < fit->n_theta; i++) {
             const uint64_t place = ((uint64_t)round * RY_TUNE_BETAS + (uint64_t)b) * RY_TUNE_THETAS;
-            const double off = round > 0 ? f->error[i] * normal(place + (uint64_t)i) : 0.0;
-            c.ratio[c.n][i] = ry_tune_ratio(f->q[i] + off, fit->target[i]);
+            const double off = round > 0 ? error_of(fit, f, i) * normal(place + (uint64_t)i) : 0.0;
+            c.ratio[c.n][i] = fmax(ry_tune_ratio(f->q[i], fit->target[i]) + off, log(LEAST_PART));
             c.weight[c.n][i] = weight_of(fit, f, i);
         }
         c.n++;

@@ -45,17 +45,19 @@ static ry_status read_old(ry_tune_journal *j, const char *mark, int resume, int 
 {
     if (!resume || access(j->path, F_OK) != 0) {
         if (!force && !resume && access(j->path, F_OK) == 0) {
-            return refuse(j, "is left from a tuning that was stopped; --resume goes on, --force begins anew",
-                          error);
+            return refuse(
+                j, "is left from a tuning that was stopped; --resume goes on, --force begins anew",
+                error);
         }
         j->text = strdup("");
         return j->text != NULL ? RY_OK : ry_no_memory(error, 1);
     }
     RY_TRY(ry_text_read(j->path, LARGEST, "a list of pieces", &j->text, error));
     if (!take_text(j, mark)) {
-        return ry_fail(error, RY_BAD_INPUT,
-                       "%s: the scene, the target or the program has changed since; --force begins anew",
-                       j->path);
+        return ry_fail(
+            error, RY_BAD_INPUT,
+            "%s: the scene, the target or the program has changed since; --force begins anew",
+            j->path);
     }
     return RY_OK;
 }
@@ -91,8 +93,8 @@ ry_status ry_tune_journal_open(ry_tune_journal **journal, const char *path, cons
         return ry_no_memory(error, sizeof *j);
     }
     j->path = ry_text_print("%s.pieces", path);
-    const ry_status status = j->path == NULL ? ry_no_memory(error, strlen(path))
-                                             : begin(j, mark, resume, force, error);
+    const ry_status status =
+        j->path == NULL ? ry_no_memory(error, strlen(path)) : begin(j, mark, resume, force, error);
     if (status != RY_OK) {
         ry_tune_journal_close(j, 0);
         return status;

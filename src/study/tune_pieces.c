@@ -16,7 +16,8 @@
 /* The flux is looked at when this time has passed since the boost, then at times this factor apart. */
 #define FIRST_LOOK 1.0
 #define LOOK_FACTOR 1.4
-#define RELATIVE_GOAL 0.10
+/* Packings differ by more than this, so more of them are worth more than longer runs. */
+#define RELATIVE_GOAL 0.15
 #define TOLERANCE_COARSE 1e-3
 #define TOLERANCE_FINE 1e-4
 /* The settled height is the mean over this last part of the window. */

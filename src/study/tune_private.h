@@ -32,26 +32,26 @@ typedef enum { RY_TUNE_SETTLE, RY_TUNE_FLUX } ry_tune_kind;
 
 /* Numbers that a piece leaves, in this order; a settling piece has its curve y_gc/d behind them. */
 enum {
-    RY_TUNE_COARSE, /* settling time to 1e-3 d [s] */
-    RY_TUNE_FINE_,  /* to 1e-4 d [s] */
-    RY_TUNE_HEIGHT, /* settled height [d] */
+    RY_TUNE_COARSE,  /* settling time to 1e-3 d [s] */
+    RY_TUNE_FINE_,   /* to 1e-4 d [s] */
+    RY_TUNE_HEIGHT,  /* settled height [d] */
     RY_TUNE_DEEPEST, /* largest overlap at the end [d] */
-    RY_TUNE_UNREST, /* 1: still moving by more than 1e-4 d at the end */
+    RY_TUNE_UNREST,  /* 1: still moving by more than 1e-4 d at the end */
     RY_TUNE_CURVE
 };
 enum { RY_TUNE_Q, RY_TUNE_Q_ERROR, RY_TUNE_TAU, RY_TUNE_END, RY_TUNE_FLUX_VALUES };
 
 typedef struct ry_tune_piece {
     ry_tune_kind kind;
-    char words[200];  /* what it is; its name in the journal */
+    char words[200]; /* what it is; its name in the journal */
     ry_config config;
-    double goal;      /* of a flux: a standard error below this part of the target is enough */
+    double goal; /* of a flux: a standard error below this part of the target is enough */
     double target;
     int done;
     ry_status status; /* RY_OK, RY_BAD_INPUT: refused, RY_UNPHYSICAL */
     char why[300];
     int n;
-    double *value;    /* owned */
+    double *value; /* owned */
 } ry_tune_piece;
 
 /* Runs one piece; RY_STOPPED if asked to, RY_OK also where the piece itself failed. */
@@ -70,7 +70,8 @@ ry_status ry_tune_journal_open(ry_tune_journal **journal, const char *path, cons
                                int resume, int force, ry_error *error);
 /* 1 and the piece filled if it is in there. */
 int ry_tune_journal_find(const ry_tune_journal *journal, ry_tune_piece *piece);
-ry_status ry_tune_journal_add(ry_tune_journal *journal, const ry_tune_piece *piece, ry_error *error);
+ry_status ry_tune_journal_add(ry_tune_journal *journal, const ry_tune_piece *piece,
+                              ry_error *error);
 /* remove: it has served. */
 void ry_tune_journal_close(ry_tune_journal *journal, int remove);
 
@@ -79,22 +80,22 @@ void ry_tune_journal_close(ry_tune_journal *journal, int remove);
 /* One candidate of alpha_m or alpha_cn. All candidates have the same seeds. */
 typedef struct ry_tune_candidate {
     double value;
-    const ry_tune_piece *piece; /* one for each seed */
-    int good;                   /* 0: refused or unphysical, see the first piece that tells why */
-    double time[2], error[2];   /* settling time to 1e-3 d and 1e-4 d, mean over seeds [s] */
+    const ry_tune_piece *piece;  /* one for each seed */
+    int good;                    /* 0: refused or unphysical, see the first piece that tells why */
+    double time[2], error[2];    /* settling time to 1e-3 d and 1e-4 d, mean over seeds [s] */
     double height, height_error; /* [d] */
     double deepest, deepest_error; /* [d] */
-    int unrest;                 /* seeds that were still moving */
+    int unrest;                    /* seeds that were still moving */
 } ry_tune_candidate;
 
 typedef struct ry_tune_settling {
     const char *key; /* "alpha_m" */
     int n, seeds;
     ry_tune_candidate candidate[RY_TUNE_CANDIDATES];
-    int theirs, ours;            /* chosen candidates */
+    int theirs, ours;               /* chosen candidates */
     double theirs_low, theirs_high; /* 95 % of the resampled optima */
     double ours_low, ours_high;
-    int clear;                   /* settling time singles one out */
+    int clear; /* settling time singles one out */
 } ry_tune_settling;
 
 /* Fills in the means and chooses; RY_UNPHYSICAL if no candidate is good. */
@@ -114,12 +115,12 @@ typedef struct ry_tune_fit {
     int n_theta, seeds, n_beta;
     double theta[RY_TUNE_THETAS], target[RY_TUNE_THETAS], target_error[RY_TUNE_THETAS];
     ry_tune_flux grid[RY_TUNE_BETAS];
-    ry_tune_flux his, best;  /* his constants; ours with the best beta */
-    double spread;           /* of beds with different seeds, as a part of q*, pooled over all points */
+    ry_tune_flux his, best; /* his constants; ours with the best beta */
+    double spread; /* of beds with different seeds, as a part of q*, pooled over all points */
     double fine_beta[RY_TUNE_FINE], fine_misfit[RY_TUNE_FINE];
-    double beta, low, high;  /* 95 % of the resampled optima */
+    double beta, low, high; /* 95 % of the resampled optima */
     int identifiable, at_edge;
-    double contrast;         /* misfit at its worst less at its best */
+    double contrast;               /* misfit at its worst less at its best */
     int reachable[RY_TUNE_THETAS]; /* some beta of the grid comes within 25 % of the target */
 } ry_tune_fit;
 
@@ -127,7 +128,7 @@ typedef struct ry_tune_fit {
 ry_status ry_tune_fit_beta(ry_tune_fit *fit, ry_error *error);
 /* The same for one more set of runs, once the spread is known. */
 void ry_tune_take_flux(const ry_tune_fit *fit, ry_tune_flux *flux);
-/* ln of q* over the target, bounded: a bed at rest is 100 times too slow. */
+/* ln of q* over the target, bounded: a bed at rest is ten times too slow. */
 double ry_tune_ratio(double q, double target);
 
 /* --- the whole --- */
@@ -144,7 +145,7 @@ typedef struct ry_tune_run {
     int n_piece[8], n_sets;
     char *yaml_path;
     double started;
-    int kept;               /* pieces that were in the journal */
+    int kept; /* pieces that were in the journal */
 } ry_tune_run;
 
 ry_status ry_tune_write_file(const ry_tune_run *run, ry_error *error);

@@ -10,6 +10,8 @@
 #include "base/clock.h"
 #include "study/tune_private.h"
 
+static const double pi = 3.14159265358979323846;
+
 static void say(const ry_tune_run *run, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 static void say(const ry_tune_run *run, const char *format, ...)
@@ -34,30 +36,29 @@ static double chosen(const ry_tune_settling *t)
 static void settling_row(const ry_tune_run *run, const ry_tune_settling *t, int k, double his)
 {
     const ry_tune_candidate *const c = &t->candidate[k];
-    const char *const mark = k == t->ours && k == t->theirs ? "  <- soonest, ours"
-                             : k == t->ours                 ? "  <- ours"
-                             : k == t->theirs               ? "  <- soonest"
-                                                            : "";
-    const char *const note = fabs(c->value - his) < 1e-9 * his ? "  (Harada's)" : "";
+    const char *const mark = k == t->ours ? " ours" : "";
+    const char *const soon = k == t->theirs ? " soonest" : "";
+    const char *const note = fabs(c->value - his) < 1e-9 * his ? " theirs" : "";
     if (!c->good) {
         int s = 0;
         while (s + 1 < t->seeds && c->piece[s].status == RY_OK) {
             s++;
         }
         const char *const why = strstr(c->piece[s].why, "contact.");
-        say(run, "  %7.4g  not run: %.78s%s\n", c->value, why != NULL ? why : c->piece[s].why, note);
+        say(run, "  %8.4g  not run: %.76s%s\n", c->value, why != NULL ? why : c->piece[s].why,
+            note);
         return;
     }
-    say(run, "  %7.4g  %6.3f +- %.3f  %6.3f +- %.3f  %8.4f +- %.4f   %8.5f%s%s%s\n", c->value, c->time[1],
-        c->error[1], c->time[0], c->error[0], c->height, c->height_error, c->deepest,
-        c->unrest > 0 ? " *" : "  ", mark, note);
+    say(run, "  %8.4g  %6.3f +- %.3f  %6.3f +- %.3f  %8.4f +- %.4f   %8.5f%s%s%s%s\n", c->value,
+        c->time[1], c->error[1], c->time[0], c->error[0], c->height, c->height_error, c->deepest,
+        c->unrest > 0 ? " *" : "  ", mark, soon, note);
 }
 
 static void settling_table(const ry_tune_run *run, const ry_tune_settling *t, double his)
 {
     int unrest = 0;
-    say(run, "  %7s  time to 1e-4 d   time to 1e-3 d   settled height/d   deepest\n", t->key);
-    say(run, "           s                s                                   overlap/d\n");
+    say(run, "  %8s  time to 1e-4 d   time to 1e-3 d   settled height/d   deepest\n", t->key);
+    say(run, "            s                s                                   overlap/d\n");
     for (int k = 0; k < t->n; k++) {
         settling_row(run, t, k, his);
         unrest += t->candidate[k].unrest;
@@ -69,12 +70,13 @@ static void settling_table(const ry_tune_run *run, const ry_tune_settling *t, do
 
 static void harada_verdict(const ry_tune_run *run, const ry_tune_settling *t, double his)
 {
-    say(run, "  Harada's criterion (at rest soonest): %s = %.3g, 95 %% interval %.3g to %.3g; theirs %.3g\n",
+    say(run, "  Harada's criterion (at rest soonest): %s = %.3g, 95 %% %.3g to %.3g; theirs %.3g\n",
         t->key, t->candidate[t->theirs].value, t->theirs_low, t->theirs_high, his);
     if (!t->clear) {
         say(run, "    NOT IDENTIFIABLE by it: within the errors these settle as soon:");
         for (int k = 0; k < t->n; k++) {
-            const ry_tune_candidate *const c = &t->candidate[k], *const b = &t->candidate[t->theirs];
+            const ry_tune_candidate *const c = &t->candidate[k], *const b =
+                                                                     &t->candidate[t->theirs];
             if (c->good && c->time[1] - b->time[1] <= 2.0 * hypot(c->error[1], b->error[1])) {
                 say(run, " %.3g", c->value);
             }
@@ -86,18 +88,21 @@ static void harada_verdict(const ry_tune_run *run, const ry_tune_settling *t, do
 static void report_settling(const ry_tune_run *run)
 {
     const ry_tune_settling *const m = &run->stiffness, *const cn = &run->damping;
-    say(run, "\n1. alpha_m: a lattice settles for %.3g s, dry, alpha_cn = %.3g, %d packings for each (the same)\n",
+    say(run,
+        "\n1. alpha_m: a dry lattice settles for %.3g s, alpha_cn = %.3g, the same %d packings for each\n",
         run->settle_window, run->base.contact_alpha_cn, m->seeds);
     settling_table(run, m, RY_TUNE_HIS_ALPHA_M);
     harada_verdict(run, m, RY_TUNE_HIS_ALPHA_M);
-    say(run, "  Ours (softest spring that overlaps by no more than %.2g d, so that a collision takes the\n"
-             "    most steps): alpha_m = %.3g, 95 %% interval %.3g to %.3g (of the candidates)\n",
+    say(run,
+        "  Ours (softest spring that overlaps by no more than %.2g d, so that a collision takes the\n"
+        "    most steps): alpha_m = %.3g, 95 %% interval %.3g to %.3g (of the candidates)\n",
         RY_TUNE_OVERLAP, chosen(m), m->ours_low, m->ours_high);
     say(run, "\n2. alpha_cn: the same at alpha_m = %.3g\n", chosen(m));
     settling_table(run, cn, RY_TUNE_HIS_ALPHA_CN);
     harada_verdict(run, cn, RY_TUNE_HIS_ALPHA_CN);
-    say(run, "  Ours (least damping that comes to rest as soon as any, within the errors):\n"
-             "    alpha_cn = %.3g, 95 %% interval %.3g to %.3g (of the candidates)\n",
+    say(run,
+        "  Ours (least damping that comes to rest as soon as any, within the errors):\n"
+        "    alpha_cn = %.3g, 95 %% interval %.3g to %.3g (of the candidates)\n",
         chosen(cn), cn->ours_low, cn->ours_high);
 }
 
@@ -107,7 +112,7 @@ static void flux_row(const ry_tune_run *run, const ry_tune_flux *f, const char *
 {
     if (!f->good) {
         const char *const why = strstr(f->piece[0].why, "contact.");
-        say(run, "  %-8s  not run: %.78s\n", name, why != NULL ? why : f->piece[0].why);
+        say(run, "  %-8s  not run: %.76s\n", name, why != NULL ? why : f->piece[0].why);
         return;
     }
     say(run, "  %-8s", name);
@@ -152,7 +157,8 @@ static void report_reach(const ry_tune_run *run)
         const int within = fit->best.good && fabs(off) <= 100.0 * RY_TUNE_GOAL;
         met += within;
         if (!within && fit->best.good) {
-            say(run, "  theta = %-6.3g %+5.0f %% (+- %.0f) of the target: %s\n", fit->theta[i], off, error,
+            say(run, "  theta = %-6.3g %+5.0f %% (+- %.0f) of the target: %s\n", fit->theta[i], off,
+                error,
                 fit->reachable[i] ? "another beta meets it, not this one"
                                   : "OUT OF REACH of the model, whatever beta");
         }
@@ -170,14 +176,17 @@ static void report_beta(const ry_tune_run *run)
             say(run, "%.3g: %.1f   ", fit->grid[b].beta, fit->grid[b].misfit);
         }
     }
-    say(run, "\n  best beta = %.3g, 95 %% interval %.3g to %.3g (resampled within the errors); theirs 15.8\n",
+    say(run,
+        "\n  best beta = %.3g, 95 %% %.3g to %.3g (resampled within the errors); theirs 15.8\n",
         fit->beta, fit->low, fit->high);
     if (!fit->identifiable) {
-        say(run, "  NOT IDENTIFIABLE: the misfit is flat within its errors (contrast %.1f over the whole range)\n",
+        say(run,
+            "  NOT IDENTIFIABLE: the misfit is flat within its errors (contrast %.1f over all beta)\n",
             fit->contrast);
     }
     if (fit->at_edge) {
-        say(run, "  it lies at the edge of what was run: the target pulls beyond that, don't trust it\n");
+        say(run,
+            "  it lies at the edge of what was run: the target pulls beyond that, don't trust it\n");
     }
     report_reach(run);
 }
@@ -191,9 +200,10 @@ static void report_confounding(const ry_tune_run *run)
     const ry_derived one = ry_config_derive(&c);
     c.contact_beta = run->fit.beta;
     const ry_derived best = ry_config_derive(&c);
-    say(run, "\nWhat beta does: with dt fixed it divides k by beta^2 and leaves eta as it is, for eta goes with\n"
-             "  alpha_cn beta x sqrt(k). k = %.3g N/m and eta = %.3g N s/m at beta = 1; %.3g and %.3g at %.3g.\n"
-             "  Softness and damping are confounded: a fit of beta can't tell one from the other.\n",
+    say(run,
+        "\nWhat beta does: with dt fixed it divides k by beta^2 and leaves eta as it is, for eta goes with\n"
+        "  alpha_cn beta x sqrt(k). k = %.3g N/m and eta = %.3g N s/m at beta = 1; %.3g and %.3g at %.3g.\n"
+        "  Softness and damping are confounded: a fit of beta can't tell one from the other.\n",
         one.stiffness, one.damping, best.stiffness, best.damping, run->fit.beta);
 }
 
@@ -206,13 +216,18 @@ static void report_difference(const ry_tune_run *run)
             law = p.word;
         }
     }
+    /* a + 2c = 4 of an explicit pair: 8 pi^2/x^2 + 16 pi alpha_cn/x = 4 */
+    const double half = 2.0 * pi * RY_TUNE_HIS_ALPHA_CN;
+    const double least = half + sqrt(half * half + 2.0 * pi * pi);
     say(run, "\nHarada's optimum 20.0, 1.3, 15.8 against ours %.3g, %.3g, %.3g (law %s):\n",
         chosen(&run->stiffness), chosen(&run->damping), run->fit.beta, law);
-    say(run, "  an explicit dashpot bears eta dt/m only up to a limit, so below some alpha_m his bed could not\n"
-             "  come to rest, and above it a softer spring swings longer: his 20 lies between. Law `energy'\n"
-             "  bounds stiffness and dashpot, so every stiff spring comes to rest alike and settling time no\n"
-             "  longer singles one out. He does not print density, drag or how the stress reaches the grains,\n"
-             "  which move q* by more than beta does.\n");
+    say(run,
+        "  an explicit spring and dashpot with alpha_cn = 1.3 is stable for a pair from alpha_m = %.3g on\n"
+        "  (a + 2c < 4), so 20 is about the stiffest spring that it bears, and softer ones swing longer.\n"
+        "  Law `energy' bounds spring and dashpot: every stiff spring comes to rest alike, and settling\n"
+        "  time no longer singles one out. His density, drag and how the stress reaches the grains are\n"
+        "  not printed; these move q* by more than beta does.\n",
+        least);
 }
 
 void ry_tune_report(const ry_tune_run *run)
@@ -225,10 +240,11 @@ void ry_tune_report(const ry_tune_run *run)
     } else {
         say(run, "target  %s: %d points\n", run->target.name, run->target.n);
     }
-    say(run, "        theta = tau_b/((rho_s - rho_f) g d); q* = q_b/sqrt((s-1) g d^3), sphere volumes in a\n"
-             "        slab of width d\n");
+    say(run,
+        "        theta = tau_b/((rho_s - rho_f) g d); q* = q_b/sqrt((s-1) g d^3), sphere volumes in a\n"
+        "        slab of width d\n");
     report_settling(run);
-    say(run, "\n3. flux: q*, from motion, %d packing%s for each (the same)", fit->seeds,
+    say(run, "\n3. flux: q*, from motion, the same %d packing%s for each", fit->seeds,
         fit->seeds == 1 ? "" : "s");
     if (fit->seeds > 1) {
         say(run, "; packings differ by %.0f %%", 100.0 * fit->spread);
@@ -241,6 +257,6 @@ void ry_tune_report(const ry_tune_run *run)
     if (run->wish->quick) {
         say(run, "\n--quick: few candidates and short runs; no numbers to rely on\n");
     }
-    say(run, "\nresult  %s, scene with the constants %s; %.0f s\n", run->wish->output, run->yaml_path,
-        ry_clock() - run->started);
+    say(run, "\nresult  %s, scene with the constants %s; %.0f s\n", run->wish->output,
+        run->yaml_path, ry_clock() - run->started);
 }

@@ -53,8 +53,8 @@ static void take_candidate(ry_tune_candidate *c, int seeds)
 static void draw(int seeds, int round, int *picked)
 {
     for (int s = 0; s < seeds; s++) {
-        const double u = ry_random(SEED, RY_RANDOM_SAMPLE,
-                                   (uint64_t)round * RY_TUNE_SEEDS + (uint64_t)s);
+        const double u =
+            ry_random(SEED, RY_RANDOM_SAMPLE, (uint64_t)round * RY_TUNE_SEEDS + (uint64_t)s);
         picked[s] = (int)(u * seeds);
     }
 }
@@ -90,7 +90,8 @@ static int softest(const ry_tune_settling *t, const int *picked)
     int best = -1;
     for (int k = 0; k < t->n; k++) {
         const ry_tune_candidate *const c = &t->candidate[k];
-        if (c->good && (best < 0 || mean_over(c, t->seeds, picked, RY_TUNE_DEEPEST) <= RY_TUNE_OVERLAP)) {
+        if (c->good &&
+            (best < 0 || mean_over(c, t->seeds, picked, RY_TUNE_DEEPEST) <= RY_TUNE_OVERLAP)) {
             best = k;
         }
     }
@@ -103,7 +104,8 @@ static int as_soon(const ry_tune_settling *t, int k, int best, const int *picked
     double sum = 0.0, squares = 0.0;
     const ry_tune_candidate *const c = &t->candidate[k], *const b = &t->candidate[best];
     for (int s = 0; s < t->seeds; s++) {
-        const double later = value_of(c, picked[s], RY_TUNE_FINE_) - value_of(b, picked[s], RY_TUNE_FINE_);
+        const double later =
+            value_of(c, picked[s], RY_TUNE_FINE_) - value_of(b, picked[s], RY_TUNE_FINE_);
         sum += later;
         squares += later * later;
     }

@@ -1,0 +1,149 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+# SPDX-FileCopyrightText: 2026 the ryusa authors
+"""ryusa tune: a quick tuning and what it leaves, the same bits on any number of threads, stop and resume,
+targets, and what is refused.    ctest: timeout 200"""
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+from pathlib import Path
+
+try:
+    import h5py
+    import numpy as np
+except ImportError as missing:
+    print(f"skipped: {missing}; Debian: apt install python3-h5py")
+    raise SystemExit(77)
+
+PROGRAM, SOURCE = os.environ["RYUSA"], Path(os.environ["SOURCE_DIR"])
+SCENE = """\
+title: a small bed
+time: {step: 20 us, end: 2 s, settle: 0.1 s}
+grains: {columns: 4, layers: 4, packing: square, seed: 3}
+fluid: {model: balance, shields: 0.5}
+"""
+
+
+class Tune(unittest.TestCase):
+    def setUp(self):
+        self.temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(self.temporary.cleanup)
+        self.folder = Path(self.temporary.name)
+        self.write(SCENE)
+
+    def write(self, text, name="bed.yaml"):
+        (self.folder / name).write_text(text)
+
+    def run_program(self, *words):
+        return subprocess.run([PROGRAM, "tune", *words], cwd=self.folder, text=True, timeout=100,
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+
+    def tune(self, *words, status=0):
+        r = self.run_program("bed.yaml", "--quick", *words)
+        self.assertEqual(r.returncode, status, r.stdout + r.stderr)
+        return r
+
+    def refuses(self, status, *words, says=()):
+        r = self.run_program(*words)
+        self.assertEqual((r.returncode, r.stdout), (status, ""), (words, r.stderr))
+        for text in says:
+            self.assertIn(text, r.stderr)
+
+    def numbers(self, name):
+        found = {}
+        with h5py.File(self.folder / name) as file:
+            file.visititems(lambda path, item: found.update({path: item[()]}) if isinstance(item, h5py.Dataset) else None)
+        return found
+
+    def same(self, first, second):
+        a, b = self.numbers(first), self.numbers(second)
+        self.assertEqual(set(a), set(b))
+        for path in a:
+            self.assertEqual(a[path].tobytes(), b[path].tobytes(), path)
+
+    def test_files_and_report(self):
+        r = self.tune("-j1")
+        for text in ("wong-parker", "tau_b/((rho_s - rho_f) g d)", "alpha_m", "Harada's criterion", "Ours", "95 %",
+                     "15.8", "divides k by beta^2", "within 25 %", "bed-tuned.h5", "bed-tuned.yaml"):
+            self.assertIn(text, r.stdout)
+        self.assertLessEqual(max(len(line) for line in r.stdout.splitlines()), 100)
+        self.assertFalse((self.folder / "bed-tuned.h5.pieces").exists())
+        with h5py.File(self.folder / "bed-tuned.h5") as file:
+            constants = {key: float(file.attrs[key]) for key in ("alpha_m", "alpha_cn", "beta")}
+            self.assertEqual(file["settling/alpha_m/value"][()].tolist(), [10, 20, 80, 320])
+            curve = file["settling/alpha_m/curve/01-seed-1"][()]
+            self.assertGreater(len(curve), 100)
+            self.assertLess(abs(curve[-1] - curve[-10]), 0.01)
+            self.assertGreater(curve[0], curve[-1])
+            self.assertEqual(len(file["flux/best/q_star"]), len(file["flux/theta"]))
+            low, high = (file["misfit"].attrs[k] for k in ("low", "high"))
+            self.assertLessEqual(low, high)
+        shown = subprocess.run([PROGRAM, "show", "bed-tuned.yaml"], cwd=self.folder, text=True, stdout=subprocess.PIPE)
+        self.assertEqual(shown.returncode, 0)
+        for key, value in constants.items():
+            self.assertRegex(shown.stdout, rf"(?m)^\s+{key}\s+{value:.6g}\s")
+        self.tune("-j3", "-o", "three.h5", "--quiet")
+        self.same("bed-tuned.h5", "three.h5")
+        r = self.tune(status=4)
+        self.assertIn("--force", r.stderr)
+        drawn = subprocess.run([sys.executable, "-B", SOURCE / "postprocess/tune.py", "bed-tuned.h5"], cwd=self.folder,
+                               text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        if "No module named 'matplotlib'" not in drawn.stdout:
+            self.assertEqual((drawn.returncode, len(list(self.folder.glob("*.png")))), (0, 4), drawn.stdout)
+
+    def test_stop_and_resume(self):
+        self.tune("-o", "whole.h5", "--quiet")
+        for killer, status in ((signal.SIGINT, 130), (signal.SIGKILL, -9)):
+            job = subprocess.Popen([PROGRAM, "tune", "bed.yaml", "--quick", "-j1", "-o", "part.h5"], cwd=self.folder,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            pieces = self.folder / "part.h5.pieces"
+            begun = time.monotonic()
+            while time.monotonic() < begun + 20 and job.poll() is None and \
+                    not (pieces.exists() and pieces.read_text().count("\n") > 4):
+                time.sleep(0.005)
+            job.send_signal(killer)
+            self.assertEqual(job.wait(timeout=30), status)
+            self.assertTrue(pieces.exists())
+            self.assertIn("--resume", self.tune("-o", "part.h5", status=4).stderr)
+            pieces.write_text(pieces.read_text() + "flux cut sho")
+            changed = self.tune("-o", "part.h5", "--resume", "-s", "contact.friction=0.4", status=2)
+            self.assertIn("has changed", changed.stderr)
+            self.tune("-o", "part.h5", "--resume", "--quiet")
+            self.same("whole.h5", "part.h5")
+            (self.folder / "part.h5").unlink()
+            (self.folder / "part.yaml").unlink()
+
+    def test_own_target_and_refused_candidates(self):
+        self.write("theta,q_star,error\n0.5,0.9,0.1\n1,3,0.3\n", "mine.csv")
+        r = self.tune("--target", "mine.csv", "-s", "contact.law=cundall", "-s", "contact.alpha_cn=0.1")
+        self.assertIn("mine.csv: 2 points", r.stdout)
+        self.assertIn("not run", r.stdout)
+        self.assertEqual(self.numbers("bed-tuned.h5")["settling/alpha_m/status"].tolist()[0], 2)
+        self.write("theta,q_star\n0.5,1e6\n1,1e7\n", "far.csv")
+        self.assertIn("OUT OF REACH", self.tune("--target", "far.csv", "-o", "far.h5").stdout)
+
+    def test_bad_input(self):
+        self.refuses(2, says=["which scene file"])
+        self.refuses(2, "bed.yaml", "--target", "wong-praker", says=["did you mean wong-parker", "ashida-michiue"])
+        self.write("theta,q_star\n0.1,0.2\n0.3,much\n", "text.csv")
+        self.refuses(2, "bed.yaml", "--target", "text.csv", says=["text.csv:3"])
+        self.write("theta,q_star\n0.1,0\n0.3,0\n", "still.csv")
+        self.refuses(2, "bed.yaml", "--target", "still.csv", says=["no flux above 0"])
+        self.refuses(2, "bed.yaml", "--resume", "--force", says=["go on, or begin anew"])
+        self.refuses(2, "bed.yaml", "-s", "contact.stiffness=100", says=["contact.stiffness"])
+        self.refuses(2, "bed.yaml", "-s", "fluid.model=none", says=["fluid.model"])
+        self.refuses(2, "bed.yaml", "-s", "time.end=0.2", says=["time.end"])
+        self.refuses(2, "bed.yaml", "-o", "bed.h5", says=["would replace the scene"])
+        self.write("particles:\n  - {position: [0, 1 mm]}\n", "few.yaml")
+        self.refuses(2, "few.yaml", says=["no bed"])
+        self.refuses(4, "none.yaml", says=["none.yaml"])
+        self.refuses(4, "bed.yaml", "-o", "nowhere/out.h5", says=["nowhere"])
+        self.assertEqual(sorted(p.name for p in self.folder.glob("*.pieces")), [])
+
+
+if __name__ == "__main__":
+    unittest.main()
