@@ -264,7 +264,7 @@ static void test_tangential(void **state)
         const double f = -evenly_log(1e-9, 10.0), mu = evenly(0.0, 2.0),
                      cap = -mu * q.mass_ratio * f;
         const double w = evenly(-1.0, 1.0), slip = evenly(-1.0, 1.0);
-        const ry_slide s = ry_tangential(q, mu, f, w, slip);
+        const ry_slide s = ry_tangential(q, mu, f, w, slip, 0.0);
         const double after = w + s.f, end = s.slip + after; /* slip after the step */
         const double loss =
             0.5 * (w * w - after * after) + 0.5 * q.stretch * (slip * slip - end * end);

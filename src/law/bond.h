@@ -67,11 +67,12 @@ typedef struct ry_slide {
 /* Spring, dashpot and Coulomb limit along the tangent, which in the plane is one line: a scalar slip,
  * no projection (Cundall & Strack 1979). f: what the normal law added; w: tangential velocity x dt;
  * slip: stretch including the run of the last step. Where the contact slides the spring keeps
- * what the limit can hold, and no more than friction has paid for. */
-RY_INLINE ry_slide ry_tangential(const ry_bond q, double mu, double f, double w, double slip)
+ * what the limit can hold, and no more than friction has paid for. rough > 0: no spring; the contact point
+ * is stopped by 1/rough of it, rough being the number of impacts that share the grain. */
+RY_INLINE ry_slide ry_tangential(const ry_bond q, double mu, double f, double w, double slip, double rough)
 {
     const double cap = mu * q.mass_ratio * ry_max(-f, 0.0);
-    const double trial = -(q.stretch * slip + q.drag * w);
+    const double trial = rough > 0.0 ? -w / rough : -(q.stretch * slip + q.drag * w);
     const double bounded = ry_max(ry_min(trial, cap), -cap);
     const int slides = trial > cap || trial < -cap;
     const double after = w + bounded;
@@ -79,7 +80,7 @@ RY_INLINE ry_slide ry_tangential(const ry_bond q, double mu, double f, double w,
     const double held = ry_max(ry_min(slip + after, hold), -hold);
     ry_slide s;
     s.f = bounded;
-    s.slip = slides ? held - after : slip;
+    s.slip = rough > 0.0 ? -after : (slides ? held - after : slip); /* plus the drift: 0, held */
     s.slides = slides;
     return s;
 }

@@ -18,6 +18,9 @@
  *    the energy of its parts, and putting the parts together again, at their mean velocity, can only
  *    lose: with the whole mass in each of them, two impacts would gain up to two thirds.
  *
+ * Friction in an impact is that of rough rigid spheres: it stops the contact point or reaches the Coulomb
+ * limit (Walton 1993), whatever the number of steps. A spring would see three of them only.
+ *
  * Any other contact is enduring: a spring with a dashpot that never pulls. The potential is the same, so
  * nothing jumps at the change. Why not the impact law for all: it takes the whole relative velocity at
  * once, and a grain that bounces in the gap between two others never comes to rest. The bounds on stiffness and
@@ -79,6 +82,8 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     p.shift = 0.0;
     p.rest = is_new ? (parts ? t.d : t.d - stretch) : rest;
     p.impact = is_new & !parts ? close.lost / t.split : 0.0;
+    p.held = is_impact ? (is_new ? 0.0 : 0.5 * spring * stretch) : -1.0;
+    p.rough = is_impact;
     p.dashpot = is_impact ? 0.0 : enduring + spring;
     return p;
 }

@@ -83,7 +83,7 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
             const double lever = distance * (ims * tms * per_all);
             const double w_t = across + (spin[i] * r[i] + spin[j] * r[j]) * (dt * lever);
             const double slip = t.age == 0.0 ? 0.0 : near->slip[k] + w_t;
-            const ry_slide s = ry_tangential(bond, coef.friction, p.f, w_t, slip);
+            const ry_slide s = ry_tangential(bond, coef.friction, p.f, w_t, slip, p.rough ? t.split : 0.0);
             const double along = s.f * per_tms;
             px += along * nz;
             pz -= along * nx;
@@ -91,16 +91,16 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
             near->pt[k] = along * lever;
             near->slip[k] = s.slip;
             if (features & RY_CONTACT_LEDGER) {
-                const double kt = bond.stretch * per_tms * per_dt;
+                const double kt = p.rough ? 0.0 : bond.stretch * per_tms * per_dt;
+                const double damped = p.rough ? along : -bond.drag * w_t * per_tms;
                 near->t_lever[k] = lever;
                 near->t_run[k] = w_t;
-                near->t_spring[k] = s.slip;
-                near->t_jt[k] = s.slides ? along : -bond.drag * w_t * per_tms;
+                near->t_jt[k] = s.slides ? along : damped;
                 near->t_et[k] = s.slides ? 0.5 * kt * slip * slip : -1.0;
                 near->t_kt[k] = kt;
             }
         } else if (features & RY_CONTACT_LEDGER) {
-            near->t_lever[k] = near->t_run[k] = near->t_spring[k] = near->t_jt[k] = near->t_kt[k] = 0.0;
+            near->t_lever[k] = near->t_run[k] = near->t_jt[k] = near->t_kt[k] = 0.0;
             near->t_et[k] = -1.0;
         }
         if (moves) { /* moving the grains apart would change r x v: take that out of v */
@@ -111,10 +111,11 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
             near->sz[k] = p.shift * nz * (dt * per_ims);
         }
         if (features & RY_CONTACT_LEDGER) {
-            near->impact[k] = p.impact * per_ims * per_dt;
+            near->impact[k] = p.held < 0.0 ? p.impact * per_ims * per_dt : 0.0;
+            near->t_en[k] = p.held < 0.0 ? -1.0 : p.held * per_ims * per_dt;
             near->t_nx[k] = nx;
             near->t_nz[k] = nz;
-            near->t_jn[k] = p.dashpot * per_ims;
+            near->t_jn[k] = p.held < 0.0 ? p.dashpot * per_ims : normal;
         }
         if (!(features & RY_CONTACT_FRICTION)) {
             near->pt[k] = 0.0;
@@ -199,7 +200,7 @@ static double slip_velocity(const ry_grains *g, int32_t i, int32_t j, ry_gap gap
            (g->spin[i] * g->radius[i] + g->spin[j] * g->radius[j]) * lever;
 }
 
-static ry_bond bond_of(const ry_contact *c, int32_t i, int32_t j)
+ry_bond ry_contact_bond(const ry_contact *c, int32_t i, int32_t j)
 {
     return ry_bond_make(&c->coef, c->im[i] + c->im[j], c->tm_grain[i] + c->tm_grain[j]);
 }
@@ -210,7 +211,7 @@ static double tangential_energy(const ry_contact *c, const ry_grains *g, const r
     const int32_t i = pairs->i[p], j = pairs->j[p];
     const double slip = pairs->slip[p] + slip_velocity(g, i, j, gap) * c->dt;
     const double tm = c->tm_grain[i] + c->tm_grain[j];
-    return 0.5 * bond_of(c, i, j).stretch * slip * slip / (tm * c->dt * c->dt);
+    return 0.5 * ry_contact_bond(c, i, j).stretch * slip * slip / (tm * c->dt * c->dt);
 }
 
 /* A contact has opened: what its tangential spring holds is lost. */
@@ -470,7 +471,7 @@ static double normal_energy(const ry_contact *c, const ry_grains *g, const ry_pa
                             ry_gap gap)
 {
     const int32_t i = pairs->i[p], j = pairs->j[p];
-    const ry_bond q = bond_of(c, i, j);
+    const ry_bond q = ry_contact_bond(c, i, j);
     const double stretch = ry_max(g->radius[i] + g->radius[j] - gap.distance - pairs->rest[p], 0.0);
     const double power = c->coef.hertz > 0.0 ? 0.4 * sqrt(stretch) : 0.5; /* int a d^1.5, int a d */
     return power * q.a * stretch * stretch / ((c->im[i] + c->im[j]) * c->dt * c->dt);

@@ -83,6 +83,9 @@ RY_INLINE double ry_contact_nearest(double dx, double length, double half)
     return dx > half ? dx - length : (dx < -half ? dx + length : dx);
 }
 
+/* Coefficients of the pair of grains i and j, or of a grain and a wall. */
+ry_bond ry_contact_bond(const ry_contact *contact, int32_t i, int32_t j);
+
 ry_gap ry_contact_gap(const ry_contact *contact, const ry_grains *grains, const ry_pairs *pairs, int32_t pair);
 
 ry_contact_sums ry_contact_measure(const ry_contact *contact, const ry_grains *grains,

@@ -52,8 +52,8 @@ typedef struct ry_pairs {
     /* What the ledger needs besides; NULL without ledger. */
 #define RY_TOUCH_FIELDS(RY_TOUCH_FIELD)                                                              \
     RY_TOUCH_FIELD(run, "m", "tangential velocity x dt before the step")                             \
-    RY_TOUCH_FIELD(spring, "m", "stretch of the tangential spring after the step, before the drift") \
-    RY_TOUCH_FIELD(jn, "N s", "impulse of the normal dashpot along the approach")                    \
+    RY_TOUCH_FIELD(jn, "N s", "normal impulse: of the dashpot, or all of it in an impact")           \
+    RY_TOUCH_FIELD(en, "J", "energy of the normal spring before the step; -1: not such an impact")   \
     RY_TOUCH_FIELD(jt, "N s", "tangential impulse: of the dashpot, or all of it where it slides")    \
     RY_TOUCH_FIELD(et, "J", "energy of the tangential spring before the step; -1: does not slide")   \
     RY_TOUCH_FIELD(kt, "N/m", "tangential stiffness")
