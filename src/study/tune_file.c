@@ -37,6 +37,8 @@ enum {
     HEIGHT_ERROR,
     DEEPEST,
     DEEPEST_ERROR,
+    PERIOD,
+    RINGING,
     UNREST,
     STATUS,
     COLUMNS
@@ -53,6 +55,8 @@ static const struct {
     {"height_error", "1", "its standard error"},
     {"deepest_overlap", "1", "largest overlap of the settled bed over d, mean over seeds"},
     {"deepest_overlap_error", "1", "its standard error"},
+    {"bed_period", "s", "of the bed's ringing, from the spectrum of y_gc, median over seeds"},
+    {"bed_damping", "1", "damping ratio of that ringing, median over seeds"},
     {"unrest", "1", "seeds still moving by more than 1e-4 d at the end"},
     {"status", "1", "0 done, 2 refused, 3 unphysical"},
 };
@@ -61,8 +65,9 @@ static void candidate_row(const ry_tune_settling *t, int k, double row[COLUMNS])
 {
     const ry_tune_candidate *const c = &t->candidate[k];
     const double all[COLUMNS] = {
-        c->value,        c->time[1], c->error[1],      c->time[0], c->error[0], c->height,
-        c->height_error, c->deepest, c->deepest_error, c->unrest,  0.0};
+        c->value,   c->time[1],      c->error[1], c->time[0],       c->error[0],
+        c->height,  c->height_error, c->deepest,  c->deepest_error, c->period,
+        c->ringing, c->unrest,       0.0};
     for (int i = 0; i < COLUMNS; i++) {
         row[i] = c->good || i == ALPHA ? all[i] : NAN;
     }

@@ -78,7 +78,8 @@ static double pooled_spread(ry_tune_fit *fit)
         return 0.0;
     }
     qsort(list, n, sizeof list[0], compare);
-    return sqrt(list[n / 2] / 0.455); /* median of chi^2 with one degree of freedom */
+    const double freedom = fmax(fit->seeds - 1.0, 1.0); /* median of chi^2 by Wilson & Hilferty */
+    return sqrt(list[n / 2] / pow(1.0 - 2.0 / (9.0 * freedom), 3.0));
 }
 
 void ry_tune_take_flux(const ry_tune_fit *fit, ry_tune_flux *f)

@@ -7,6 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/spectrum.h"
 #include "analysis/statistics.h"
 #include "base/memory.h"
 #include "study/tune_private.h"
@@ -22,6 +23,8 @@
 #define TOLERANCE_FINE 1e-4
 /* The settled height is the mean over this last part of the window. */
 #define TAIL 0.1
+/* Further off than this [d] it still rearranges. */
+#define RINGING_FROM 0.02
 enum { STEPS_BETWEEN_ASKING = 2000 };
 
 static double mean_height(const ry_sim *sim, double d)
@@ -87,6 +90,23 @@ static void read_curve(ry_tune_piece *piece, int n, double spacing)
     piece->value[RY_TUNE_UNREST] = high - low > TOLERANCE_FINE;
 }
 
+/* The bed rings once its grains have found their places, near its settled height. */
+static ry_status read_ringing(ry_tune_piece *piece, int n, double spacing, ry_error *error)
+{
+    const double *const curve = piece->value + RY_TUNE_CURVE;
+    int from = n;
+    while (from > 0 && fabs(curve[from - 1] - piece->value[RY_TUNE_HEIGHT]) <= RINGING_FROM) {
+        from--;
+    }
+    ry_ringing ringing;
+    ry_status status;
+#pragma omp critical(ry_tune_statistics)
+    status = ry_spectrum_ringing(curve + from, n - from, &ringing, error);
+    piece->value[RY_TUNE_PERIOD] = spacing / ringing.frequency;
+    piece->value[RY_TUNE_RINGING] = ringing.damping;
+    return status;
+}
+
 static ry_status settle(ry_tune_piece *piece, ry_sim *sim, ry_tune_stop *stop, void *data,
                         ry_error *error)
 {
@@ -108,7 +128,7 @@ static ry_status settle(ry_tune_piece *piece, ry_sim *sim, ry_tune_stop *stop, v
     }
     piece->value[RY_TUNE_DEEPEST] = deepest_overlap(sim, &q, piece->config.domain_periodic);
     read_curve(piece, n, RY_TUNE_CURVE_STEPS * piece->config.time_step);
-    return RY_OK;
+    return read_ringing(piece, n, RY_TUNE_CURVE_STEPS * piece->config.time_step, error);
 }
 
 /* --- flux --- */

@@ -37,6 +37,8 @@ enum {
     RY_TUNE_HEIGHT,  /* settled height [d] */
     RY_TUNE_DEEPEST, /* largest overlap at the end [d] */
     RY_TUNE_UNREST,  /* 1: still moving by more than 1e-4 d at the end */
+    RY_TUNE_PERIOD,  /* of the bed's ringing, from the spectrum of y_gc [s]; NAN: it doesn't ring */
+    RY_TUNE_RINGING, /* its damping ratio; NAN: unknown */
     RY_TUNE_CURVE
 };
 enum { RY_TUNE_Q, RY_TUNE_Q_ERROR, RY_TUNE_TAU, RY_TUNE_END, RY_TUNE_FLUX_VALUES };
@@ -85,7 +87,8 @@ typedef struct ry_tune_candidate {
     double time[2], error[2];    /* settling time to 1e-3 d and 1e-4 d, mean over seeds [s] */
     double height, height_error; /* [d] */
     double deepest, deepest_error; /* [d] */
-    int unrest;                    /* seeds that were still moving */
+    double period, ringing; /* medians over seeds [s], [1]; NAN where half of them don't ring */
+    int unrest;             /* seeds that were still moving */
 } ry_tune_candidate;
 
 typedef struct ry_tune_settling {

@@ -85,6 +85,27 @@ static void harada_verdict(const ry_tune_run *run, const ry_tune_settling *t, do
     }
 }
 
+/* Against a column of N equal grains on its springs: T_bed/T = 1/(2 sin b), damping ratio
+ * alpha_cn 2 sin b of its lowest mode, b = pi/(4N + 2). */
+static void report_ringing(const ry_tune_run *run)
+{
+    const ry_tune_settling *const t = &run->stiffness;
+    const double mode = 2.0 * sin(pi / (4.0 * run->base.grains_layers + 2.0));
+    say(run,
+        "  Natural period of the bed, from the spectrum of y_gc, over T; (its damping ratio):\n   ");
+    int shown = 0;
+    for (int k = 0; k < t->n; k++) {
+        const ry_tune_candidate *const c = &t->candidate[k];
+        if (c->good && !isnan(c->period)) {
+            say(run, "%s %.3g: %.1f (%.2f)", shown > 0 && shown % 5 == 0 ? "\n   " : "", c->value,
+                c->period / (c->value * run->base.time_step), c->ringing);
+            shown++;
+        }
+    }
+    say(run, "\n    a column of %d such grains on springs and dashpots: %.1f (%.2f)\n",
+        run->base.grains_layers, 1.0 / mode, mode * run->base.contact_alpha_cn);
+}
+
 static void report_settling(const ry_tune_run *run)
 {
     const ry_tune_settling *const m = &run->stiffness, *const cn = &run->damping;
@@ -97,6 +118,7 @@ static void report_settling(const ry_tune_run *run)
         "  Ours (softest spring that overlaps by no more than %.2g d, so that a collision takes the\n"
         "    most steps): alpha_m = %.3g, 95 %% interval %.3g to %.3g (of the candidates)\n",
         RY_TUNE_OVERLAP, chosen(m), m->ours_low, m->ours_high);
+    report_ringing(run);
     say(run, "\n2. alpha_cn: the same at alpha_m = %.3g\n", chosen(m));
     settling_table(run, cn, RY_TUNE_HIS_ALPHA_CN);
     harada_verdict(run, cn, RY_TUNE_HIS_ALPHA_CN);

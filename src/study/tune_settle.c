@@ -30,6 +30,21 @@ static void mean_of(const ry_tune_candidate *c, int seeds, int which, double *me
     *error = seeds > 1 ? sqrt(squares / (seeds - 1.0) / seeds) : NAN;
 }
 
+/* Numbers that are none count as the largest: the median is one if most seeds have none. */
+static double median_of(const ry_tune_candidate *c, int seeds, int which)
+{
+    double sorted[RY_TUNE_SEEDS] = {0};
+    for (int s = 0; s < seeds; s++) {
+        const double value = value_of(c, s, which);
+        int k = s;
+        for (; k > 0 && !(sorted[k - 1] <= value) && !isnan(value); k--) {
+            sorted[k] = sorted[k - 1];
+        }
+        sorted[k] = value;
+    }
+    return 0.5 * (sorted[(seeds - 1) / 2] + sorted[seeds / 2]);
+}
+
 static void take_candidate(ry_tune_candidate *c, int seeds)
 {
     c->good = 1;
@@ -43,6 +58,8 @@ static void take_candidate(ry_tune_candidate *c, int seeds)
     mean_of(c, seeds, RY_TUNE_FINE_, &c->time[1], &c->error[1]);
     mean_of(c, seeds, RY_TUNE_HEIGHT, &c->height, &c->height_error);
     mean_of(c, seeds, RY_TUNE_DEEPEST, &c->deepest, &c->deepest_error);
+    c->period = median_of(c, seeds, RY_TUNE_PERIOD);
+    c->ringing = median_of(c, seeds, RY_TUNE_RINGING);
     c->unrest = 0;
     for (int s = 0; s < seeds; s++) {
         c->unrest += value_of(c, s, RY_TUNE_UNREST) > 0.5;
