@@ -15,8 +15,9 @@ typedef struct ry_ringing {
     double resolution; /* of the frequency: 1/length of the series [1/spacing] */
 } ry_ringing;
 
-/* The series x[0..n-1] less its last value. The peak must stand above its neighbours and fall
- * to half its power, so an approach without oscillation has none. Not from two threads at once. RY_BAD_FILE: no memory. */
+/* The series x[0..n-1] less its last value. The peak must stand above its neighbours and fall to half
+ * its power, so an approach without oscillation has none. Not from two threads at once.
+ * RY_BAD_FILE: no memory. */
 ry_status ry_spectrum_ringing(const double *x, int64_t n, ry_ringing *out, ry_error *error);
 
 #endif
