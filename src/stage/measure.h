@@ -32,15 +32,16 @@ ry_status ry_measure_create(ry_measure *measure, const ry_state *state, double l
 void ry_measure_free(ry_measure *measure);
 void ry_measure_clear(ry_measure *measure);
 
-/* Adds one sample. Stresses of a cell are the means of those on the planes at its foot and top. The stress of the grains on the plane at z is exact, not binned: with A_i(z) the
- * part of grain i above z and w_i its slice at z,
+/* Adds one sample. Stresses of a cell are the means of those on the planes at its foot and top. The stress
+ * of the grains on the plane at z is exact, not binned: with A_i(z) the part of grain i above z and w_i
+ * its slice at z,
  *
  *     tau_g(z) = -1/(L d) sum_i [ A_i F_i + m_i u_i w_i ],
  *
  * F_i the sum of the grain's contact forces along x. Impacts are short: F_i is the mean of all steps
- * since the last sample (ry_measure_tally), taken where the grain was halfway. Momentum above z then changes by nothing but
- * tau_g and the fluid's force on the slices above (method of planes, Todd, Evans & Daivis 1995, with
- * each grain's mass spread over its volume). m_i includes the added mass.
+ * since the last sample (ry_measure_tally), taken where the grain was halfway. Momentum above z then
+ * changes by nothing but tau_g and the fluid's force on the slices above (method of planes, Todd, Evans
+ * & Daivis 1995, with each grain's mass spread over its volume). m_i includes the added mass.
  * tau_fluid: nz values at the cell centres; NULL: balance of the forces on the grains below tau_b. */
 void ry_measure_add(ry_measure *measure, const ry_state *state, const ry_motion *motion,
                     const int32_t *place, const double *tau_fluid, double tau_bed);

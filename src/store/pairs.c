@@ -72,9 +72,10 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
 
 void ry_pairs_free(ry_pairs *pairs)
 {
-    void *const arrays[] = {pairs->crowd, pairs->place, pairs->i,   pairs->j,     pairs->slip,        pairs->rest,
-                            pairs->age,   pairs->slot,          pairs->sx,
-                            pairs->sz,    pairs->touching, pairs->n_touching, pairs->row, pairs->below, pairs->below_start, pairs->chunk};
+    void *const arrays[] = {pairs->crowd, pairs->place, pairs->i,     pairs->j,        pairs->slip,
+                            pairs->rest,  pairs->age,   pairs->slot,  pairs->sx,       pairs->sz,
+                            pairs->row,   pairs->below, pairs->chunk, pairs->touching, pairs->n_touching,
+                            pairs->below_start};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }

@@ -42,7 +42,7 @@ void ry_bench_say(const ry_bench_run *run, const char *format, ...)
 
 void ry_bench_progress(ry_bench_run *run)
 {
-#pragma omp critical(ry_bench_progress)
+#pragma omp critical
     {
         run->done++;
         if (run->options->progress != NULL) {
