@@ -104,7 +104,8 @@ def draw_settling(figure, settling, picture):
     right.set_ylim(bottom=0.0)
     right.set_xlabel(SYMBOL[settling.key])
     right.set_ylabel("settling time (s)")
-    right.legend(fontsize=7)
+    right.set_ylim(top=1.45 * right.get_ylim()[1])
+    right.legend(fontsize=7, loc="upper left", frameon=True, framealpha=1.0, edgecolor="none")
 
 
 def draw_flux(axes, tuning, picture, sets):
@@ -153,7 +154,8 @@ def draw_misfit(axes, tuning, picture):
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("β")
     axes.set_ylabel("misfit")
-    axes.legend(fontsize=7)
+    axes.set_ylim(top=1.35 * axes.get_ylim()[1])
+    axes.legend(fontsize=7, loc="upper left", frameon=True, framealpha=1.0, edgecolor="none")
 
 
 def make(tuning, folder):

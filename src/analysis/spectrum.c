@@ -77,7 +77,10 @@ ry_status ry_spectrum_ringing(const double *x, int64_t n, ry_ringing *out, ry_er
             /* One side is enough: the fall into the trough of lower frequencies may hide the other. */
             const double width = isnan(left) ? 2.0 * (right - (double)peak) : right - left;
             out->damping = width / 2.0 / (double)peak;
-            out->frequency = isnan(width) ? NAN : (double)peak / (double)padded;
+            out->frequency = (double)peak / (double)padded;
+            if (!(out->damping < 1.0)) { /* wider than itself: it creeps */
+                out->frequency = out->damping = NAN;
+            }
         }
     }
     fftw_free(value);

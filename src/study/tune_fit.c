@@ -89,7 +89,8 @@ void ry_tune_take_flux(const ry_tune_fit *fit, ry_tune_flux *f)
         double within = 0.0, between = 0.0;
         f->good = mean_flux(fit, f, i, &within, &between) && f->good;
         const double own = fit->spread * f->q[i];
-        f->error[i] = sqrt(within + own * own / fit->seeds);
+        /* Near its threshold a bed moves or not, and differs by more than usual. */
+        f->error[i] = sqrt(fmax(within + own * own / fit->seeds, between / fit->seeds));
     }
 }
 
@@ -209,15 +210,16 @@ static void find_interval(ry_tune_fit *fit, const curve *measured)
     fit->high = exp(fine_x(measured, last));
 }
 
-/* A target between the least and the most that the betas give, each with its 25 %, can be met. */
+/* A target between the least and the most that the betas give, within two standard errors, and with
+ * its 25 %, can be met. */
 static void find_reach(ry_tune_fit *fit)
 {
     for (int i = 0; i < fit->n_theta; i++) {
         double least = INFINITY, most = 0.0;
         for (int b = 0; b < fit->n_beta; b++) {
             if (fit->grid[b].good) {
-                least = fmin(least, fit->grid[b].q[i]);
-                most = fmax(most, fit->grid[b].q[i]);
+                least = fmin(least, fit->grid[b].q[i] - 2.0 * fit->grid[b].error[i]);
+                most = fmax(most, fit->grid[b].q[i] + 2.0 * fit->grid[b].error[i]);
             }
         }
         fit->reachable[i] = most >= (1.0 - RY_TUNE_GOAL) * fit->target[i] &&

@@ -88,6 +88,7 @@ typedef struct ry_tune_candidate {
     double height, height_error; /* [d] */
     double deepest, deepest_error; /* [d] */
     double period, ringing; /* medians over seeds [s], [1]; NAN where half of them don't ring */
+    int as_soon;            /* settles as soon as the soonest one, within the errors */
     int unrest;             /* seeds that were still moving */
 } ry_tune_candidate;
 

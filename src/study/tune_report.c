@@ -75,9 +75,8 @@ static void harada_verdict(const ry_tune_run *run, const ry_tune_settling *t, do
     if (!t->clear) {
         say(run, "    NOT IDENTIFIABLE by it: within the errors these settle as soon:");
         for (int k = 0; k < t->n; k++) {
-            const ry_tune_candidate *const c = &t->candidate[k], *const b =
-                                                                     &t->candidate[t->theirs];
-            if (c->good && c->time[1] - b->time[1] <= 2.0 * hypot(c->error[1], b->error[1])) {
+            const ry_tune_candidate *const c = &t->candidate[k];
+            if (c->as_soon) {
                 say(run, " %.3g", c->value);
             }
         }

@@ -194,9 +194,9 @@ ry_status ry_tune_choose(ry_tune_settling *t, ry_error *error)
     interval(t, 1, &t->ours_low, &t->ours_high);
     t->clear = 1;
     for (int k = 0; k < t->n; k++) {
-        if (k != t->theirs && t->candidate[k].good && as_soon(t, k, t->theirs, all)) {
-            t->clear = 0;
-        }
+        ry_tune_candidate *const c = &t->candidate[k];
+        c->as_soon = c->good && as_soon(t, k, t->theirs, all);
+        t->clear = t->clear && (k == t->theirs || !c->as_soon);
     }
     return RY_OK;
 }
