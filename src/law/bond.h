@@ -68,11 +68,11 @@ typedef struct ry_slide {
  * no projection (Cundall & Strack 1979). f: what the normal law added; w: tangential velocity x dt;
  * slip: stretch including the run of the last step. Where the contact slides the spring keeps
  * what the limit can hold, and no more than friction has paid for. rough > 0: no spring; the contact point
- * is stopped by 1/rough of it, rough being the number of impacts that share the grain. */
+ * is stopped by that part of it (of a mass that is shared out over several impacts). */
 RY_INLINE ry_slide ry_tangential(const ry_bond q, double mu, double f, double w, double slip, double rough)
 {
     const double cap = mu * q.mass_ratio * ry_max(-f, 0.0);
-    const double trial = rough > 0.0 ? -w / rough : -(q.stretch * slip + q.drag * w);
+    const double trial = rough > 0.0 ? -rough * w : -(q.stretch * slip + q.drag * w);
     const double bounded = ry_max(ry_min(trial, cap), -cap);
     const int slides = trial > cap || trial < -cap;
     const double after = w + bounded;

@@ -57,6 +57,8 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     const int alone = t.crowd <= 1.0;
     const int is_new = (t.age == 0.0) & alone, is_impact = (t.age < RY_IMPACT_STEPS) & alone;
     const double a = q.a * t.split; /* of the parts */
+    const double inverse = 1.0 / ((1.0 + a) * t.split);
+    const double per_split = (1.0 + a) * inverse, per_1a = t.split * inverse;
     /* a spring that has let go is relaxed where the grains are: it costs nothing and makes the next
      * squeeze start from here; likewise that of a contact which is enduring from its first step on, whose
      * overlap nobody has paid for */
@@ -69,11 +71,11 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
      * closing step the positive root: keep going in; later the negative one, or out if it leads there */
     const double b = a * stretch - t.g;
     const double root = sqrt(b * b + (1.0 + a) * motion2);
-    const double stay = ((is_new ? root : -root) - b) / (1.0 + a);
+    const double stay = ((is_new ? root : -root) - b) * per_1a;
     const double leave = t.g - sqrt(t.g * t.g + motion2 + a * stretch * stretch);
     const double after = is_new | (stretch + stay > 0.0) ? stay : leave;
     const int parts = is_new & (t.w <= 0.0); /* passing obliquely, parting already: let them go */
-    const double impact = (stretch > 0.0) | is_new ? (after - t.w - t.g) / t.split : 0.0;
+    const double impact = (stretch > 0.0) | is_new ? (after - t.w - t.g) * per_split : 0.0;
 
     const double spring = q.a * stretch;
     const double enduring = ry_min(-(spring + q.c * t.w), 0.0);
@@ -81,9 +83,9 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     p.f = parts ? 0.0 : (is_impact ? impact : enduring);
     p.shift = 0.0;
     p.rest = is_new ? (parts ? t.d : t.d - stretch) : rest;
-    p.impact = is_new & !parts ? close.lost / t.split : 0.0;
+    p.impact = is_new & !parts ? close.lost * per_split : 0.0;
     p.held = is_impact ? (is_new ? 0.0 : 0.5 * spring * stretch) : -1.0;
-    p.rough = is_impact;
+    p.rough = is_impact ? per_split : 0.0;
     p.dashpot = is_impact ? 0.0 : enduring + spring;
     return p;
 }

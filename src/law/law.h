@@ -53,7 +53,7 @@ typedef struct ry_push {
     double impact; /* energy lost by restitution [m^2] */
     double held;    /* an impact whose loss the ledger takes from the work that is really done: energy of
                        the spring before the step [m^2]; -1: `impact` says what is lost */
-    int rough;      /* 1: friction holds without a spring, see ry_tangential */
+    double rough;   /* > 0: friction holds without a spring, see ry_tangential */
     double dashpot; /* the part of f that the dashpot gives [m] */
 } ry_push;
 

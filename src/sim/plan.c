@@ -17,7 +17,7 @@
 /* A thread has to have this many grains before a second one pays. */
 enum { GRAINS_PER_THREAD = 4000 };
 /* Reach of the list beyond contact, in mean diameters, unless asked otherwise. */
-#define SKIN 0.2
+#define SKIN 0.25
 /* Start from motion: this long at so many times the stress, but not above that Shields number. */
 #define BOOST_TIME 0.25
 #define BOOST_FACTOR 4.0

@@ -36,21 +36,22 @@ RY_INLINE ry_bond pick_bond(const ry_bond pair, const ry_bond lone, int alone)
  * its side of the contact; the contact point divides the distance like the radii, so that the lever
  * arms add up to it and angular momentum is kept. */
 RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *near, ry_law_fn *law,
-                            const int moves, const int features)
+                            const int moves, const int ratio, const int features)
 {
     const double dt = c->dt, per_dt = 1.0 / dt;
     const double *const vx = g->vx, *const vz = g->vz, *const spin = g->spin, *const r = g->radius;
     const double *const im = c->im, *const tmg = c->tm_grain;
     const int32_t n = near->n_padded;
-    const ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
+    ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
+    if (!ratio) { /* known when compiled: the root of ry_bond_make goes */
+        coef.zeta2 = coef.hertz = 0.0;
+    }
     const ry_bond pair = c->bond[0], lone = c->bond[1];
     const double tm_pair = c->tm[0], tm_lone = c->tm[1];
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
         const int32_t i = near->i[k], j = near->j[k];
         const double distance = near->t_lever[k];
-        const double inverse = 1.0 / distance;
-        const double nx = near->t_nx[k] * inverse, nz = near->t_nz[k] * inverse;
         const double sum = r[i] + r[j];
         const double ux = (vx[i] - vx[j]) * dt, uz = (vz[i] - vz[j]) * dt;
         const double im_i = im[i], im_j = im[j];
@@ -65,8 +66,11 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
             tms = alone ? tm_lone : tm_pair;
             bond = pick_bond(pair, lone, alone);
         }
-        const double per_all = 1.0 / (ims * tms * sum); /* one division for three */
-        const double per_ims = per_dt * (tms * sum * per_all), per_tms = per_dt * (ims * sum * per_all);
+        const double per_all = 1.0 / (distance * ims * tms * sum); /* one division for four */
+        const double inverse = ims * tms * sum * per_all;
+        const double nx = near->t_nx[k] * inverse, nz = near->t_nz[k] * inverse;
+        const double per_ims = per_dt * (distance * tms * sum * per_all);
+        const double per_tms = per_dt * (distance * ims * sum * per_all);
         ry_touch t;
         t.d = sum - distance;
         t.w = ux * nx + uz * nz;
@@ -74,16 +78,16 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
         t.rest = near->rest[k];
         t.age = near->age[k];
         t.crowd = near->crowd[k];
-        t.split = (near->young_i[k] * im_i + near->young_j[k] * im_j) * (tms * sum * per_all);
+        t.split = (near->young_i[k] * im_i + near->young_j[k] * im_j) * (dt * per_ims);
         const ry_push p = law(bond, t);
         const double normal = p.f * per_ims;
         double px = normal * nx, pz = normal * nz;
         double across = ux * nz - uz * nx;
         if (features & RY_CONTACT_FRICTION) {
-            const double lever = distance * (ims * tms * per_all);
+            const double lever = distance * distance * (ims * tms * per_all);
             const double w_t = across + (spin[i] * r[i] + spin[j] * r[j]) * (dt * lever);
             const double slip = t.age == 0.0 ? 0.0 : near->slip[k] + w_t;
-            const ry_slide s = ry_tangential(bond, coef.friction, p.f, w_t, slip, p.rough ? t.split : 0.0);
+            const ry_slide s = ry_tangential(bond, coef.friction, p.f, w_t, slip, p.rough);
             const double along = s.f * per_tms;
             px += along * nz;
             pz -= along * nx;
@@ -91,8 +95,8 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
             near->pt[k] = along * lever;
             near->slip[k] = s.slip;
             if (features & RY_CONTACT_LEDGER) {
-                const double kt = p.rough ? 0.0 : bond.stretch * per_tms * per_dt;
-                const double damped = p.rough ? along : -bond.drag * w_t * per_tms;
+                const double kt = p.rough > 0.0 ? 0.0 : bond.stretch * per_tms * per_dt;
+                const double damped = p.rough > 0.0 ? along : -bond.drag * w_t * per_tms;
                 near->t_lever[k] = lever;
                 near->t_run[k] = w_t;
                 near->t_jt[k] = s.slides ? along : damped;
@@ -127,15 +131,15 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
     }
 }
 
-#define STAMP(name, moves, f)                                                                  \
+#define STAMP(name, moves, ratio, f)                                                                 \
     RY_CLONES static void contact_##name##_##f(const ry_contact *c, const ry_grains *g, ry_near *near) \
     {                                                                                          \
-        contact_body(c, g, near, ry_law_##name, moves, f);                                     \
+        contact_body(c, g, near, ry_law_##name, moves, ratio, f);                                     \
     }
-#define RY_LAW(name, law, moves, letter, source)                              \
-    STAMP(name, moves, 0) STAMP(name, moves, 1) STAMP(name, moves, 2)         \
-    STAMP(name, moves, 3) STAMP(name, moves, 4) STAMP(name, moves, 5)         \
-    STAMP(name, moves, 6) STAMP(name, moves, 7)
+#define RY_LAW(name, law, moves, ratio, letter, source)                              \
+    STAMP(name, moves, ratio, 0) STAMP(name, moves, ratio, 1) STAMP(name, moves, ratio, 2)         \
+    STAMP(name, moves, ratio, 3) STAMP(name, moves, ratio, 4) STAMP(name, moves, ratio, 5)         \
+    STAMP(name, moves, ratio, 6) STAMP(name, moves, ratio, 7)
 #include "law/laws.def"
 #undef RY_LAW
 
@@ -144,7 +148,7 @@ static const struct {
     int moves;
     ry_contact_fn *kernel[RY_CONTACT_STAMPS];
 } laws[] = {
-#define RY_LAW(name, law, moves, letter, source)                                                 \
+#define RY_LAW(name, law, moves, ratio, letter, source)                                                 \
     {#name, moves, {contact_##name##_0, contact_##name##_1, contact_##name##_2, contact_##name##_3, \
                     contact_##name##_4, contact_##name##_5, contact_##name##_6, contact_##name##_7}},
 #include "law/laws.def"
@@ -206,19 +210,20 @@ ry_bond ry_contact_bond(const ry_contact *c, int32_t i, int32_t j)
 }
 
 static double tangential_energy(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs,
-                                int32_t p, ry_gap gap)
+                                int32_t p, ry_gap gap, double stretch)
 {
     const int32_t i = pairs->i[p], j = pairs->j[p];
     const double slip = pairs->slip[p] + slip_velocity(g, i, j, gap) * c->dt;
-    const double tm = c->tm_grain[i] + c->tm_grain[j];
-    return 0.5 * ry_contact_bond(c, i, j).stretch * slip * slip / (tm * c->dt * c->dt);
+    return 0.5 * stretch * slip * slip / ((c->tm_grain[i] + c->tm_grain[j]) * c->dt * c->dt);
 }
 
 /* A contact has opened: what its tangential spring holds is lost. */
 static void open_contact(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t p)
 {
     if ((c->features & RY_CONTACT_LEDGER) && (c->features & RY_CONTACT_FRICTION)) {
-        c->loss_opening[pairs->i[p]] += tangential_energy(c, g, pairs, p, ry_contact_gap(c, g, pairs, p));
+        const double stretch = ry_contact_bond(c, pairs->i[p], pairs->j[p]).stretch;
+        c->loss_opening[pairs->i[p]] +=
+            tangential_energy(c, g, pairs, p, ry_contact_gap(c, g, pairs, p), stretch);
     }
     memset(pairs->slot[p], 0, sizeof pairs->slot[p]);
     pairs->slip[p] = pairs->rest[p] = 0.0;
@@ -295,18 +300,20 @@ static int32_t collect(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
 /* Counts the contacts of each grain. Whole numbers: the order in which threads come does not show. */
 static void count_contacts(const ry_contact *c, ry_pairs *pairs, int32_t at, int32_t n)
 {
-    int32_t *const crowd = pairs->crowd;
+    int32_t *restrict const crowd = pairs->crowd;
+    const int32_t *const touching = pairs->touching, *const owner = pairs->i, *const partner = pairs->j;
+    const int alone = c->threads == 1;
     for (int32_t m = at; m < at + n; m++) {
-        const int32_t p = pairs->touching[m];
-        const int32_t one = RY_CROWD_ALL + (pairs->age[p] < RY_IMPACT_STEPS);
-        if (c->threads > 1) {
-#pragma omp atomic
-            crowd[pairs->i[p]] += one;
-#pragma omp atomic
-            crowd[pairs->j[p]] += one;
+        const int32_t p = touching[m];
+        const int32_t one = RY_CROWD_ALL + (pairs->age[p] < (int)RY_IMPACT_STEPS);
+        if (alone) {
+            crowd[owner[p]] += one;
+            crowd[partner[p]] += one;
         } else {
-            crowd[pairs->i[p]] += one;
-            crowd[pairs->j[p]] += one;
+#pragma omp atomic
+            crowd[owner[p]] += one;
+#pragma omp atomic
+            crowd[partner[p]] += one;
         }
     }
 }
@@ -400,7 +407,7 @@ static void store(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
 static void book(const ry_contact *c, ry_pairs *pairs, const ry_near *near, int32_t at)
 {
     const size_t bytes = (size_t)near->n * sizeof(double);
-    for (int32_t k = 0; k < near->n; k++) {
+    for (int32_t k = 0; k < near->n && !c->counts; k++) { /* energy: the ledger takes it from the work */
         c->loss_impact[near->i[k]] += near->impact[k];
     }
 #define RY_GAP_COPY(name) memcpy(pairs->t_##name + at, near->t_##name, bytes);
@@ -468,13 +475,12 @@ void ry_contact_stage(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
 
 /* Laws whose closing step replaces the overlap hold no energy in a contact before it. */
 static double normal_energy(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p,
-                            ry_gap gap)
+                            ry_gap gap, double a)
 {
     const int32_t i = pairs->i[p], j = pairs->j[p];
-    const ry_bond q = ry_contact_bond(c, i, j);
     const double stretch = ry_max(g->radius[i] + g->radius[j] - gap.distance - pairs->rest[p], 0.0);
     const double power = c->coef.hertz > 0.0 ? 0.4 * sqrt(stretch) : 0.5; /* int a d^1.5, int a d */
-    return power * q.a * stretch * stretch / ((c->im[i] + c->im[j]) * c->dt * c->dt);
+    return power * a * stretch * stretch / ((c->im[i] + c->im[j]) * c->dt * c->dt);
 }
 
 static void note_overlap(const ry_grains *g, int32_t i, int32_t j, double overlap, ry_contact_sums *sums)
@@ -507,9 +513,10 @@ ry_contact_sums ry_contact_measure(const ry_contact *c, const ry_grains *g, cons
             note_overlap(g, k, pairs->j[p], overlap, &sums);
             sums.touching += pairs->age[p] != 0;
             if (pairs->age[p] != 0) {
-                sums.elastic_normal += normal_energy(c, g, pairs, p, gap);
+                const ry_bond q = ry_contact_bond(c, k, pairs->j[p]);
+                sums.elastic_normal += normal_energy(c, g, pairs, p, gap, q.a);
                 if (c->features & RY_CONTACT_FRICTION) {
-                    sums.elastic_tangential += tangential_energy(c, g, pairs, p, gap);
+                    sums.elastic_tangential += tangential_energy(c, g, pairs, p, gap, q.stretch);
                 }
             }
         }

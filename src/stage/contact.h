@@ -19,7 +19,7 @@ enum {
 };
 
 /* Listed pairs are looked at in blocks of this many; what touches of them stays in the first cache. */
-enum { RY_CONTACT_BLOCK = 192 };
+enum { RY_CONTACT_BLOCK = 128 };
 
 /* Lanes of the widest vectors: the kernel's loop runs over a multiple of it, the last touching pair
  * repeated, because the leftover loop would cost a quarter of the whole. */

@@ -62,16 +62,19 @@ static void book_run(const ry_contact *c, const ry_motion *m, ry_state *state, c
                      int32_t from, int32_t n)
 {
     ry_losses losses;
+    double *const dashpot = state->ledger.loss_dashpot, *const friction = state->ledger.loss_friction;
+    double *const impact = state->ledger.loss_impact;
+    const double *const en = pairs->t_en;
     for (int32_t at = from; at < from + n; at += RY_CONTACT_BLOCK) {
         const int32_t left = from + n - at;
         const int32_t count = left < RY_CONTACT_BLOCK ? left : RY_CONTACT_BLOCK;
         lose(c, m, pairs, at, count, &losses);
         for (int32_t k = 0; k < count; k++) {
             const int32_t i = pairs->i[pairs->touching[at + k]];
-            state->ledger.loss_dashpot[i] += losses.dashpot[k];
-            state->ledger.loss_friction[i] += losses.friction[k];
-            if (pairs->t_en[at + k] >= 0.0) {
-                state->ledger.loss_impact[i] += lose_in_impact(c, m, &state->grains, pairs, at + k);
+            dashpot[i] += losses.dashpot[k];
+            friction[i] += losses.friction[k];
+            if (en[at + k] >= 0.0) {
+                impact[i] += lose_in_impact(c, m, &state->grains, pairs, at + k);
             }
         }
     }
