@@ -122,3 +122,17 @@ void ry_page_print(ry_page *page)
     free(page->text);
     *page = (ry_page){0};
 }
+
+char *ry_cli_name_output(const char *input, const char *ending)
+{
+    const char *slash = strrchr(input, '/');
+    const char *base = slash ? slash + 1 : input;
+    const char *dot = strrchr(base, '.');
+    const size_t length = dot && dot != base ? (size_t)(dot - base) : strlen(base);
+    char *name = malloc(length + strlen(ending) + 1);
+    if (name) {
+        memcpy(name, base, length);
+        strcpy(name + length, ending);
+    }
+    return name;
+}

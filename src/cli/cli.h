@@ -41,6 +41,10 @@ error_t ry_cli_single(const char **place, const char *text);
  * returns. what: "the number of threads". */
 error_t ry_cli_count(const char *option, const char *what, const char *text, int low, int high, int *value);
 
+/* The default name of a result, in the current folder: flumes/steep.yaml -> steep + ending. NULL: no
+ * memory. The caller frees it. */
+char *ry_cli_name_output(const char *input, const char *ending);
+
 /* Collects what a ry_describe function writes, so that nothing is printed if it fails in the middle. */
 typedef struct ry_page {
     char *text;

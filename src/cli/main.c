@@ -75,11 +75,11 @@ static int is_reader_gone(void)
     return poll(&out, 1, 0) == 1 && (out.revents & POLLERR);
 }
 
-/* OpenMP's threads spin while they wait for the next loop, for so long by default that on a busy machine
- * a run becomes fifty times slower (measured, 220 grains: 60 000 steps per second with one thread,
- * 1 000 with two). They should wait for some microseconds, then sleep. The library reads its settings before main, so the program starts
- * itself once more with them, unless the user has set any. */
-static void wait_asleep(char **argv)
+/* OpenMP's threads spin while they wait for the next loop, for so long by default that on a busy machine a
+ * run becomes fifty times slower (measured, 220 grains: 60 000 steps per second with one thread, 1 000
+ * with two). They should wait for some microseconds, then sleep. The library reads its settings before
+ * main, so the program starts itself once more with them, unless the user has set any. */
+static void wait_briefly(char **argv)
 {
     if (getenv("OMP_WAIT_POLICY") == NULL && getenv("GOMP_SPINCOUNT") == NULL &&
         setenv("GOMP_SPINCOUNT", "1000", 0) == 0) {
@@ -89,7 +89,7 @@ static void wait_asleep(char **argv)
 
 int main(int argc, char **argv)
 {
-    wait_asleep(argv);
+    wait_briefly(argv);
     /* A result file must never take the number of a standard stream that came closed. */
     for (int fd = open("/dev/null", O_RDWR); fd >= 0; fd = open("/dev/null", O_RDWR)) {
         if (fd > STDERR_FILENO) {

@@ -33,28 +33,13 @@ static int is_same_file(const char *a, const char *b)
            sa.st_ino == sb.st_ino;
 }
 
-/* flumes/steep.yaml -> steep.h5 */
-static char *name_output(const char *scene)
-{
-    const char *slash = strrchr(scene, '/');
-    const char *base = slash ? slash + 1 : scene;
-    const char *dot = strrchr(base, '.');
-    const size_t length = dot && dot != base ? (size_t)(dot - base) : strlen(base);
-    char *name = malloc(length + sizeof ".h5");
-    if (name) {
-        memcpy(name, base, length);
-        strcpy(name + length, ".h5");
-    }
-    return name;
-}
-
 static error_t finish_arguments(arguments *a)
 {
     if (!a->scene || !*a->scene) {
         return ry_cli_misuse("which scene file?");
     }
     if (!a->output) {
-        a->default_output = name_output(a->scene);
+        a->default_output = ry_cli_name_output(a->scene, ".h5");
         a->output = a->default_output;
     }
     if (!a->output || !*a->output) {

@@ -69,28 +69,13 @@ static error_t take_slurm_shard(arguments *a)
     return parse_shard(text, a);
 }
 
-/* sweeps/steep.yaml -> steep.h5 */
-static char *name_output(const char *sweep)
-{
-    const char *slash = strrchr(sweep, '/');
-    const char *base = slash ? slash + 1 : sweep;
-    const char *dot = strrchr(base, '.');
-    const size_t length = dot && dot != base ? (size_t)(dot - base) : strlen(base);
-    char *name = malloc(length + sizeof ".h5");
-    if (name) {
-        memcpy(name, base, length);
-        strcpy(name + length, ".h5");
-    }
-    return name;
-}
-
 static error_t finish_arguments(arguments *a)
 {
     if (!a->sweep || !*a->sweep) {
         return ry_cli_misuse("which sweep file?");
     }
     if (!a->output) {
-        a->default_output = name_output(a->sweep);
+        a->default_output = ry_cli_name_output(a->sweep, ".h5");
         a->output = a->default_output;
     }
     if (!a->output || !*a->output) {

@@ -28,28 +28,13 @@ typedef struct display {
     double next_share;
 } display;
 
-/* scenes/bed.yaml -> bed-tuned.h5, so that bed-tuned.yaml is another file than the scene */
-static char *name_output(const char *scene)
-{
-    const char *slash = strrchr(scene, '/');
-    const char *base = slash ? slash + 1 : scene;
-    const char *dot = strrchr(base, '.');
-    const int length = (int)(dot && dot != base ? (size_t)(dot - base) : strlen(base));
-    const size_t size = (size_t)length + sizeof "-tuned.h5";
-    char *name = malloc(size);
-    if (name) {
-        snprintf(name, size, "%.*s-tuned.h5", length, base);
-    }
-    return name;
-}
-
 static error_t finish_arguments(arguments *a)
 {
     if (!a->scene || !*a->scene) {
         return ry_cli_misuse("which scene file?");
     }
     if (!a->output) {
-        a->default_output = name_output(a->scene);
+        a->default_output = ry_cli_name_output(a->scene, "-tuned.h5");
         a->output = a->default_output;
     }
     if (!a->output || !*a->output) {

@@ -68,7 +68,7 @@ static ry_status run_piece(void *data, int index, ry_error *error)
     const ry_tune_options *const wish = b->run->wish;
     RY_TRY(ry_tune_piece_run(piece, wish->stop != NULL ? wish->stop : never, wish->data, error));
     ry_status status;
-#pragma omp critical(ry_tune_journal)
+#pragma omp critical
     {
         status = ry_tune_journal_add(b->run->journal, piece, error);
         b->done++;

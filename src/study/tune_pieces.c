@@ -100,7 +100,7 @@ static ry_status read_ringing(ry_tune_piece *piece, int n, double spacing, ry_er
     }
     ry_ringing ringing;
     ry_status status;
-#pragma omp critical(ry_tune_statistics)
+#pragma omp critical
     status = ry_spectrum_ringing(curve + from, n - from, &ringing, error);
     piece->value[RY_TUNE_PERIOD] = spacing / ringing.frequency;
     piece->value[RY_TUNE_RINGING] = ringing.damping;
@@ -138,7 +138,7 @@ static ry_status statistics(const double *series, int64_t n, ry_series_statistic
                             ry_error *error)
 {
     ry_status status;
-#pragma omp critical(ry_tune_statistics)
+#pragma omp critical
     status = ry_series_equilibrated(series, n, out, error);
     return status;
 }
