@@ -502,22 +502,16 @@ ry_contact_sums ry_contact_measure(const ry_contact *c, const ry_grains *g, cons
         const int32_t own = pairs->row[k + 1] - pairs->row[k];
         for (int32_t m = 0; m < own + c->n_walls; m++) {
             const int32_t p = m < own ? pairs->row[k] + m : pairs->wall_slot[m - own][k];
-            if (p < 0) {
+            if (p < 0 || pairs->age[p] == 0) {
                 continue;
             }
             const ry_gap gap = ry_contact_gap(c, g, pairs, p);
-            const double overlap = g->radius[k] + g->radius[pairs->j[p]] - gap.distance;
-            if (overlap <= 0.0 && pairs->age[p] == 0) {
-                continue;
-            }
-            note_overlap(g, k, pairs->j[p], overlap, &sums);
-            sums.touching += pairs->age[p] != 0;
-            if (pairs->age[p] != 0) {
-                const ry_bond q = ry_contact_bond(c, k, pairs->j[p]);
-                sums.elastic_normal += normal_energy(c, g, pairs, p, gap, q.a);
-                if (c->features & RY_CONTACT_FRICTION) {
-                    sums.elastic_tangential += tangential_energy(c, g, pairs, p, gap, q.stretch);
-                }
+            const ry_bond q = ry_contact_bond(c, k, pairs->j[p]);
+            note_overlap(g, k, pairs->j[p], g->radius[k] + g->radius[pairs->j[p]] - gap.distance, &sums);
+            sums.touching++;
+            sums.elastic_normal += normal_energy(c, g, pairs, p, gap, q.a);
+            if (c->features & RY_CONTACT_FRICTION) {
+                sums.elastic_tangential += tangential_energy(c, g, pairs, p, gap, q.stretch);
             }
         }
     }
