@@ -346,9 +346,25 @@ RY_CLONES static void load(const ry_contact *c, const ry_pairs *pairs, int32_t a
     near->n = n;
     near->n_padded = (n + RY_CONTACT_LANES - 1) / RY_CONTACT_LANES * RY_CONTACT_LANES;
     memcpy(near->pair, touching, (size_t)n * sizeof *near->pair);
-#define RY_GAP_LOAD(name) memcpy(near->t_##name, pairs->t_##name + at, (size_t)n * sizeof(double));
+    const int fills = n == near->n_padded;
+    int32_t field = 0;
+#define RY_GAP_LOAD(name)                                                             \
+    near->t_##name = fills ? pairs->t_##name + at : near->spare[field];               \
+    field++;
     RY_GAP_FIELDS(RY_GAP_LOAD)
 #undef RY_GAP_LOAD
+#define RY_TOUCH_LOAD(name, unit, text)                                               \
+    near->t_##name = fills ? pairs->t_##name + at : near->spare[field];               \
+    field++;
+    if (pairs->t_run != NULL) {
+        RY_TOUCH_FIELDS(RY_TOUCH_LOAD)
+    }
+#undef RY_TOUCH_LOAD
+#define RY_GAP_COPY(name) memcpy(near->t_##name, pairs->t_##name + at, (size_t)n * sizeof(double));
+    if (!fills) {
+        RY_GAP_FIELDS(RY_GAP_COPY)
+    }
+#undef RY_GAP_COPY
     for (int32_t m = n; m < near->n_padded; m++) {
         near->pair[m] = near->pair[n - 1];
 #define RY_GAP_PAD(name) near->t_##name[m] = near->t_##name[n - 1];
@@ -409,6 +425,9 @@ static void book(const ry_contact *c, ry_pairs *pairs, const ry_near *near, int3
     const size_t bytes = (size_t)near->n * sizeof(double);
     for (int32_t k = 0; k < near->n && !c->counts; k++) { /* energy: the ledger takes it from the work */
         c->loss_impact[near->i[k]] += near->impact[k];
+    }
+    if (near->n == near->n_padded) {
+        return; /* the kernel wrote where it belongs */
     }
 #define RY_GAP_COPY(name) memcpy(pairs->t_##name + at, near->t_##name, bytes);
     RY_GAP_FIELDS(RY_GAP_COPY)

@@ -28,15 +28,22 @@ enum { RY_CONTACT_LANES = 8 };
 typedef struct ry_near {
     int32_t n, n_padded;
     int32_t pair[RY_CONTACT_BLOCK], i[RY_CONTACT_BLOCK], j[RY_CONTACT_BLOCK];
-    double t_nx[RY_CONTACT_BLOCK], t_nz[RY_CONTACT_BLOCK], t_lever[RY_CONTACT_BLOCK]; /* see ry_pairs */
+    /* The fields of ry_pairs of the same names: there themselves, or where the block does not fill the
+     * vectors, in `spare`, copied to and fro. */
+#define RY_GAP_NEAR(name) double *t_##name;
+    RY_GAP_FIELDS(RY_GAP_NEAR)
+#undef RY_GAP_NEAR
     double crowd[RY_CONTACT_BLOCK], young_i[RY_CONTACT_BLOCK], young_j[RY_CONTACT_BLOCK];
     double slip[RY_CONTACT_BLOCK], rest[RY_CONTACT_BLOCK], age[RY_CONTACT_BLOCK]; /* in and out */
     double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK], pt[RY_CONTACT_BLOCK];
     double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK];
     double impact[RY_CONTACT_BLOCK]; /* lost [J] */
-#define RY_TOUCH_ARRAY(name, unit, text) double t_##name[RY_CONTACT_BLOCK];
-    RY_TOUCH_FIELDS(RY_TOUCH_ARRAY)
-#undef RY_TOUCH_ARRAY
+#define RY_TOUCH_NEAR(name, unit, text) double *t_##name;
+    RY_TOUCH_FIELDS(RY_TOUCH_NEAR)
+#undef RY_TOUCH_NEAR
+#define RY_GAP_ONE(name) +1
+#define RY_TOUCH_ONE(name, unit, text) +1
+    double spare[0 RY_GAP_FIELDS(RY_GAP_ONE) RY_TOUCH_FIELDS(RY_TOUCH_ONE)][RY_CONTACT_BLOCK];
 } ry_near;
 
 typedef struct ry_contact ry_contact;

@@ -68,7 +68,7 @@ typedef struct ry_pairs {
 enum { RY_CROWD_ALL = 1 << 16 };
 
 /* About this many pairs make a chunk. */
-enum { RY_CHUNK = 1024 };
+enum { RY_CHUNK = 2048 };
 
 ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, int ledger,
                           ry_error *error);
