@@ -51,6 +51,12 @@ static const golden table[] = {
     {"flume.yaml",
      "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.model=log fluid.drag=ferguson-church fluid.shields=0.8 fluid.lift=0.2 output.fields=energy",
      2000, 0x1fb7b2dbf1122173u},
+    {"flume.yaml",
+     "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.shields=0.8 contact.wet=true contact.restitution=0.9 grains.spread=0",
+     2000, 0xe42232b1a1d45d09u},
+    {"flume.yaml",
+     "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.model=stress contact.law=cundall contact.alpha_cn=0.1 contact.wet=true domain.periodic=false domain.walls=true",
+     2000, 0x97c9c797064fa85fu},
 };
 enum { SCENES = sizeof table / sizeof *table };
 

@@ -11,6 +11,7 @@ static const double pi = 3.14159265358979323846;
  * (of all, if all are fixed). */
 static void mean_grain(const ry_config *config, ry_derived *out)
 {
+    out->is_bed = config->has_grains;
     out->d = config->grains_diameter;
     out->density = config->grains_density;
     if (!config->has_grains && config->n_particles > 0) {
@@ -18,6 +19,7 @@ static void mean_grain(const ry_config *config, ry_derived *out)
         for (int i = 0; i < config->n_particles; i++) {
             movable += !config->particles[i].fixed;
         }
+        out->is_bed = movable > 8;
         double n = 0.0, diameters = 0.0, volumes = 0.0, masses = 0.0;
         for (int i = 0; i < config->n_particles; i++) {
             const ry_particle *grain = &config->particles[i];

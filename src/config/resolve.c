@@ -205,11 +205,9 @@ static void survey(ry_check *check)
         check->d_min = fmin(check->d_min, p->diameter);
         check->d_max = fmax(check->d_max, p->diameter);
         if (!p->fixed) {
-            check->movable++;
             add_inverse_mass(check, wet_mass(config, p->diameter, p->density));
         }
     }
-    check->is_bed = config->has_grains || check->movable > 8;
 }
 
 static ry_status check_domain(const ry_check *check)
@@ -250,7 +248,11 @@ static ry_status check_fluid(const ry_check *check)
 {
     const ry_config *config = check->config;
     if (config->fluid_model == RY_FLUID_NONE) {
-        return RY_OK;
+        return !config->contact_wet ? RY_OK
+                                    : ry_check_fail(check, RY_KEY_contact_wet,
+                                                    "true needs a fluid, whose viscosity takes from the "
+                                                    "restitution; allowed is fluid.model: stress, log or balance "
+                                                    "(still water: stress with fluid.shields: 0)");
     }
     if (!(config->fluid_density > 0.0)) {
         return ry_check_fail(check, RY_KEY_fluid_density,

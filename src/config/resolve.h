@@ -19,8 +19,6 @@ typedef struct ry_check {
     ry_derived derived;
     double d_min, d_max; /* smallest and largest diameter [m] */
     double inverse[2];   /* the two largest inverse masses of grains that can move, wet [1/kg] */
-    int movable;         /* explicit grains that can move */
-    int is_bed;          /* many contacts per grain are to be expected */
 } ry_check;
 
 /* A failure about a parameter; always RY_BAD_INPUT. */

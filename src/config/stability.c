@@ -55,7 +55,7 @@ static ry_status refuse(const ry_check *check, const char *rule, double value, d
 static ry_status check_cundall(const ry_check *check, double a, double inverse)
 {
     const ry_config *config = check->config;
-    const double many = check->is_bed ? 3.0 : 1.0;
+    const double many = check->derived.is_bed ? 3.0 : 1.0;
     const double c = dashpot_rules(check) ? check->derived.damping * config->time_step * inverse
                                           : 2.0 * check->derived.zeta_impact * sqrt(a);
     const double value = many * (a + 2.0 * c);
@@ -69,7 +69,7 @@ static ry_status check_cundall(const ry_check *check, double a, double inverse)
     }
     /* a grows with dt^2 and c with dt: the factor on dt at which the sum is 4. */
     const double factor = 4.0 / (many * (c + sqrt(c * c + 4.0 * a / many)));
-    return refuse(check, check->is_bed ? "3a + 6c" : "a + 2c", value, 4.0, factor);
+    return refuse(check, check->derived.is_bed ? "3a + 6c" : "a + 2c", value, 4.0, factor);
 }
 
 /* Impacts of fujioka-1 at s = 1 need e^2 >= a/(1 + a), or there is no next step with the energy
@@ -96,8 +96,8 @@ static ry_status check_law(const ry_check *check)
         return check_cundall(check, a, inverse);
     }
     const int tanaka = config->contact_law == RY_LAW_TANAKA;
-    const double limit = tanaka ? 1.0 : (check->is_bed ? 1.5 : 10.0);
-    if (a > limit && (!tanaka || check->is_bed)) {
+    const double limit = tanaka ? 1.0 : (check->derived.is_bed ? 1.5 : 10.0);
+    if (a > limit && (!tanaka || check->derived.is_bed)) {
         return refuse(check, "a = k dt^2 (1/m1 + 1/m2)", a, limit, sqrt(limit / a));
     }
     return config->contact_law == RY_LAW_FUJIOKA1 ? check_fujioka1(check, a) : RY_OK;

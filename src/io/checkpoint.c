@@ -17,13 +17,13 @@
 #define ONE(...) +1
 enum {
     GRAIN_FIELDS = 0 RY_GRAIN_FIELDS(ONE),
-    CONTACT_FIELDS = 0 RY_CONTACT_FIELDS(ONE),
+    CONTACT_FIELDS = 0 RY_CONTACT_FIELDS(ONE) RY_WET_FIELDS(ONE),
     COLUMN_FIELDS = 0 RY_COLUMN_FIELDS(ONE),
     LEDGER_FIELDS = 0 RY_LEDGER_TOTALS(ONE)
 };
 #undef ONE
 _Static_assert(sizeof(ry_grains) == (1 + GRAIN_FIELDS) * sizeof(void *), "a field without a list");
-_Static_assert(sizeof(ry_contacts) == (2 + CONTACT_FIELDS) * sizeof(void *),
+_Static_assert(sizeof(ry_contacts) == (3 + CONTACT_FIELDS) * sizeof(void *),
                "a field without a list");
 _Static_assert(sizeof(ry_column) == (3 + COLUMN_FIELDS) * sizeof(void *), "a field without a list");
 _Static_assert(sizeof(ry_ledger) == (1 + LEDGER_FIELDS) * sizeof(void *), "a field without a list");
@@ -154,6 +154,9 @@ static int write_arrays(const ry_h5 *file, int slot, const ry_state *state)
         return -1;                                                                                 \
     }
     RY_CONTACT_FIELDS(WRITE);
+    if (state->contacts.is_wet) {
+        RY_WET_FIELDS(WRITE);
+    }
 #undef WRITE
 #define WRITE(field, unit, text)                                                  \
     if (state->column.nz > 0 &&                                                   \
@@ -229,6 +232,9 @@ static int read_arrays(hid_t file, int slot, ry_state *state)
         return -1;                                                                                \
     }
     RY_CONTACT_FIELDS(READ);
+    if (state->contacts.is_wet) {
+        RY_WET_FIELDS(READ);
+    }
 #undef READ
 #define READ(field, unit, text)                                                                    \
     if (read_first(file, join(slot, "column", #field).string, H5T_NATIVE_DOUBLE, state->column.nz, \
@@ -261,8 +267,11 @@ static int read_size(hid_t file, int slot, ry_state *state)
         return -1;
     }
     const int ledger = ry_h5_exists(file, join(slot, "ledger", "fluid_work").string);
-    if (ry_state_create(state, (int32_t)grains, (int32_t)cells, ledger, NULL) != RY_OK ||
-        ry_contacts_reserve(&state->contacts, contacts, NULL) != RY_OK) {
+    if (ry_state_create(state, (int32_t)grains, (int32_t)cells, ledger, NULL) != RY_OK) {
+        return -1;
+    }
+    state->contacts.is_wet = ry_h5_exists(file, join(slot, "contacts", "wet").string);
+    if (ry_contacts_reserve(&state->contacts, contacts, NULL) != RY_OK) {
         return -1;
     }
     state->contacts.n = contacts;

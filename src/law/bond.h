@@ -23,8 +23,8 @@ typedef struct ry_law_coef {
     double g_dt2;      /* gravity, less buoyancy, x dt^2 [m] */
 } ry_law_coef;
 
-/* Coefficients of a pair. im = 1/m_i + 1/m_j; tm = im + r_i^2/I_i + r_j^2/I_j is what the contact point
- * feels of a tangential force (7/2 im for spheres).
+/* Coefficients of a pair with a damping of its own, zeta2 as in ry_law_coef. im = 1/m_i + 1/m_j;
+ * tm = im + r_i^2/I_i + r_j^2/I_j is what the contact point feels of a tangential force (7/2 im for spheres).
  *
  * The bounds k/(1 + k dt^2 b/4) and eta/(1 + eta dt b), b = 6 im, keep six contacts of one grain
  * together below what an explicit step bears.
@@ -33,11 +33,11 @@ typedef struct ry_law_coef {
  * w_t^2/2 + stretch s^2/2 by a quadratic form that is never positive if
  * drag^2 - 2 drag + stretch <= 0, so at least 1 - sqrt(1 - stretch) of drag belongs to the scheme; the
  * dashpot comes on top of it, both together at most 1. */
-RY_INLINE ry_bond ry_bond_make(const ry_law_coef *q, double im, double tm)
+RY_INLINE ry_bond ry_bond_damped(const ry_law_coef *q, double im, double tm, double zeta2)
 {
     const double quarter = 0.25 * q->bounded;
     const double a = q->k_dt2 * im;
-    const double c = q->zeta2 > 0.0 ? q->zeta2 * sqrt(a) : q->eta_dt * im;
+    const double c = zeta2 > 0.0 ? zeta2 * sqrt(a) : q->eta_dt * im;
     const double stretch = q->ratio_k * q->k_dt2 * tm;
     const double drag_im = q->ratio_eta * c * tm; /* the drag x im */
     const double bound_a = 1.0 + quarter * a, bound_c = 1.0 + q->bounded * c;
@@ -56,6 +56,11 @@ RY_INLINE ry_bond ry_bond_make(const ry_law_coef *q, double im, double tm)
     b.drag = ry_min(1.0 - sqrt(1.0 - b.stretch) + drag_im * bound_s * per_tangential, 1.0);
     b.mass_ratio = tm * stretch * per_rest;
     return b;
+}
+
+RY_INLINE ry_bond ry_bond_make(const ry_law_coef *q, double im, double tm)
+{
+    return ry_bond_damped(q, im, tm, q->zeta2);
 }
 
 typedef struct ry_slide {

@@ -10,6 +10,7 @@
 
 #include "base/clock.h"
 #include "io/result.h"
+#include "law/drag.h"
 #include "scene/scene.h"
 #include "sim/sim.h"
 
@@ -73,6 +74,67 @@ static void say_contact(const ry_writer *w, const ry_config *config, const ry_de
         q->mass * q->buoyant_gravity / (q->stiffness * q->d));
 }
 
+/* ---- contacts in a viscous fluid ------------------------------------------------------------- */
+
+/* Speed at which the mean grain falls in still water: drag = buoyant weight, by bisection. */
+static double settling_velocity(const ry_config *config, const ry_derived *q)
+{
+    const double per_area = q->mass * q->buoyant_gravity / (0.125 * M_PI * config->fluid_density * q->d * q->d);
+    const double viscous = config->fluid_viscosity / q->d, c = config->fluid_drag_coefficient;
+    double low = 0.0, high = 1.0;
+    for (int k = 0; k < 200; k++) {
+        const double v = k < 100 && high > 0.0 ? high : 0.5 * (low + high);
+        const double drag = v * (config->fluid_drag == RY_DRAG_DALLAVALLE  ? ry_drag_dallavalle(v, viscous, c)
+                                 : config->fluid_drag == RY_DRAG_SCHILLER ? ry_drag_schiller(v, viscous, c)
+                                                                          : ry_drag_ferguson(v, viscous, c));
+        if (drag < per_area) {
+            low = v;
+        } else {
+            high = v;
+        }
+    }
+    return high;
+}
+
+/* Restitution of two mean grains, or of one at a wall, that close with a Stokes number. */
+static double wet_restitution(const ry_film *film, const ry_law_coef *law, double im, double stokes)
+{
+    const double a = law->k_dt2 * im;
+    const double c = law->zeta2 > 0.0 ? law->zeta2 * sqrt(a) : law->eta_dt * im;
+    const double own = ry_contact_wet(film, law, a, c, ry_wet_loss(stokes));
+    if (!film->damps) {
+        return own;
+    }
+    const double zeta = own / film->unit;
+    return ry_wet_restitution(1.0, film->pulls ? ry_damping_usual_loss(zeta) : ry_damping_loss(zeta));
+}
+
+/* Stokes numbers and restitution over the speed of approach. */
+static void say_wet(const ry_writer *w, const ry_config *config, const ry_derived *q)
+{
+    const ry_film film = ry_plan_film(config, q);
+    const ry_law_coef law = ry_plan_law(config, q);
+    const double dt = config->time_step, r = 0.5 * q->d;
+    const double im = q->step_ratio / (2.0 * q->stiffness * dt * dt); /* with added mass */
+    const double pair = ry_wet_stokes(film.per_mu, 2.0 / q->mass, 2.0 / r);
+    const double wall = ry_wet_stokes(film.per_mu, 1.0 / q->mass, 1.0 / r);
+    const double fall = settling_velocity(config, q);
+    const double stokes[] = {10.0, 20.0, 50.0, 100.0, 200.0, 500.0, 1000.0, 10000.0};
+    say(w, "\nWET CONTACTS, St = m_r V/(6 pi mu r_r^2), e = e_dry exp(-35/St), 0 below St = 10\n");
+    say(w, "  %-26s %-12s %-10s %-10s %-10s %s\n", "approach V", "[m/s]", "St, pair", "e", "St, wall", "e");
+    for (int k = -2; k < 8; k++) {
+        const double v = k == -2 ? fall : (k == -1 ? q->friction_velocity : stokes[k] / pair);
+        say(w, "  %-26s %-12.4g %-10.4g %-10.4g %-10.4g %.4g\n",
+            k == -2 ? "settling velocity" : (k == -1 ? "friction velocity u*" : ""), v, pair * v,
+            wet_restitution(&film, &law, 2.0 * im, pair * v), wall * v,
+            wet_restitution(&film, &law, im, wall * v));
+    }
+    if (film.damps) {
+        say(w, "  a dashpot cannot give less than e = %.4g (pair), %.4g (wall) at this step\n",
+            wet_restitution(&film, &law, 2.0 * im, 0.0), wet_restitution(&film, &law, im, 0.0));
+    }
+}
+
 /* Largest time step that an explicit spring and dashpot bear (docs/contact-laws.md), for a pair and for
  * the highest mode of a triangular packing, 3 a + 6 c < 4. */
 static void say_step(const ry_writer *w, const ry_config *config, const ry_derived *q)
@@ -112,10 +174,10 @@ static double memory_of(const ry_scene_size *size)
 
 static void say_table(const ry_writer *w, const ry_plan *plan)
 {
-    say(w, "\nSTEP TABLE\n  %-2s %-10s %-36s %-26s -> %s\n", "#", "stage", "kernel", "reads", "writes");
+    say(w, "\nSTEP TABLE\n  %-2s %-10s %-40s %-26s -> %s\n", "#", "stage", "kernel", "reads", "writes");
     for (int s = 0; s < plan->n_stages; s++) {
         const ry_stage *const row = &plan->stage[s];
-        say(w, "  %-2d %-10s %-36s %-26s -> %s\n", s + 1, row->name, row->kernel, row->reads, row->writes);
+        say(w, "  %-2d %-10s %-40s %-26s -> %s\n", s + 1, row->name, row->kernel, row->reads, row->writes);
     }
 }
 
@@ -158,6 +220,9 @@ ry_status ry_describe_scene(const ry_config *config, ry_write_fn *write, void *d
     say(&w, "%s%s%s\n", config->path, config->title[0] ? ": " : "", config->title);
     say_parameters(&w, config);
     say_contact(&w, config, &q);
+    if (config->contact_wet) {
+        say_wet(&w, config, &q);
+    }
     say_step(&w, config, &q);
     say_fluid(&w, config, &q);
     say_table(&w, &plan);

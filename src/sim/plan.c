@@ -154,9 +154,10 @@ static void add_stage(ry_plan *plan, const char *name, const char *kernel, const
 static void name_kernels(ry_plan *plan, const ry_config *config)
 {
     const int f = plan->contact.features;
-    snprintf(plan->contact_kernel, sizeof plan->contact_kernel, "%s%s%s%s",
+    snprintf(plan->contact_kernel, sizeof plan->contact_kernel, "%s%s%s%s%s",
              ry_contact_law_name((int)config->contact_law), f & RY_CONTACT_FRICTION ? " + friction" : "",
-             f & RY_CONTACT_SIZES ? " + sizes" : "", f & RY_CONTACT_LEDGER ? " + ledger" : "");
+             f & RY_CONTACT_SIZES ? " + sizes" : "", config->contact_wet ? " + wet" : "",
+             f & RY_CONTACT_LEDGER ? " + ledger" : "");
 #define RY_NAME(value, word) word,
     static const char *const models[] = {RY_LIST_fluid(RY_NAME)};
     static const char *const drags[] = {RY_LIST_drag(RY_NAME)};
@@ -216,7 +217,7 @@ static void set_features(ry_plan *plan, const ry_config *config, int sizes_diffe
     plan->motion.moves = ry_contact_law_moves((int)config->contact_law);
     plan->contact.moves = plan->motion.moves;
     plan->contact.features = (config->contact_friction > 0.0 ? RY_CONTACT_FRICTION : 0) |
-                             (sizes_differ ? RY_CONTACT_SIZES : 0) |
+                             (sizes_differ || config->contact_wet ? RY_CONTACT_SIZES : 0) |
                              (plan->has_ledger ? RY_CONTACT_LEDGER : 0);
 }
 
@@ -250,12 +251,30 @@ static int fall_alike(const ry_motion *m, int32_t n, double weight)
     return 1;
 }
 
+ry_film ry_plan_film(const ry_config *config, const ry_derived *derived)
+{
+    if (!config->contact_wet) {
+        return (ry_film){0};
+    }
+    const int law = (int)config->contact_law;
+    const int asked = !isnan(derived->zeta_impact) && derived->zeta_impact != derived->zeta_pair;
+    const int usual = asked && config->contact_mapping == RY_MAPPING_USUAL;
+    return (ry_film){.on = 1, .damps = ry_contact_law_damps(law), .usual = usual || law == RY_LAW_CUNDALL_TENSION,
+                     .pulls = law == RY_LAW_CUNDALL_TENSION,
+                     .unit = law == RY_LAW_TANAKA ? sqrt(5.0) : 2.0, .many = derived->is_bed ? 3.0 : 1.0,
+                     .per_mu = 1.0 / (6.0 * M_PI * config->fluid_density * config->fluid_viscosity)};
+}
+
 static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *state)
 {
     ry_contact *const c = &plan->contact;
     const ry_motion *const m = &plan->motion;
     const double length = plan->derived.length;
     c->coef = ry_plan_law(config, &plan->derived);
+    c->film = ry_plan_film(config, &plan->derived);
+    for (int k = 0; k < RY_CONTACT_BLOCK; k++) {
+        c->dry[k] = ry_contact_law_damps((int)config->contact_law) ? c->coef.zeta2 : c->coef.e;
+    }
     c->counts = config->contact_law == RY_LAW_ENERGY;
     c->kernel = ry_contact_select((int)config->contact_law, c->features);
     c->dt = config->time_step;
@@ -328,7 +347,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     b->periodic = config->domain_periodic;
     b->skin = plan->skin;
     RY_TRY(ry_neighbor_create(b, g, plan->threads, error));
-    RY_TRY(ry_pairs_create(&plan->pairs, g->n, b->n_walls, m->moves, plan->has_ledger, error));
+    RY_TRY(ry_pairs_create(&plan->pairs, g->n, b->n_walls, m->moves, plan->has_ledger, config->contact_wet, error));
     RY_TRY(ry_neighbor_rebuild(b, g, &plan->pairs, error));
     plan->must_rebuild = 0;
     ry_pairs_import(&plan->pairs, state);

@@ -63,5 +63,6 @@ int ry_plan_threads(int64_t n);
 
 /* Constants of the law as the kernels want them. */
 ry_law_coef ry_plan_law(const ry_config *config, const ry_derived *derived);
+ry_film ry_plan_film(const ry_config *config, const ry_derived *derived);
 
 #endif

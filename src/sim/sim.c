@@ -20,12 +20,16 @@ enum { MOST_TO_KEEP = 200000 };
 
 static ry_status copy_contacts(ry_contacts *to, const ry_contacts *from, ry_error *error)
 {
+    to->is_wet = from->is_wet;
     RY_TRY(ry_contacts_reserve(to, from->n, error));
     to->n = from->n;
 #define RY_CONTACT_COPY(type, name, unit, text) \
     memcpy(to->name, from->name, (size_t)from->n * sizeof(type));
     if (from->n > 0) {
         RY_CONTACT_FIELDS(RY_CONTACT_COPY)
+    }
+    if (from->n > 0 && from->is_wet) {
+        RY_WET_FIELDS(RY_CONTACT_COPY)
     }
 #undef RY_CONTACT_COPY
     return RY_OK;

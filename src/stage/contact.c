@@ -43,8 +43,9 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
     const double *const im = c->im, *const tmg = c->tm_grain;
     const int32_t n = near->n_padded;
     ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
-    if (!ratio) { /* known when compiled: the root of ry_bond_make goes */
-        coef.zeta2 = coef.hertz = 0.0;
+    const double *const own = near->own;
+    if (!ratio) { /* known when compiled: the root of ry_bond_damped goes */
+        coef.hertz = 0.0;
     }
     const ry_bond pair = c->bond[0], lone = c->bond[1];
     const double tm_pair = c->tm[0], tm_lone = c->tm[1];
@@ -61,7 +62,8 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
         ry_bond bond;
         if (features & RY_CONTACT_SIZES) {
             tms = tmg[i] + tmg[j];
-            bond = ry_bond_make(&coef, ims, tms);
+            bond = ry_bond_damped(&coef, ims, tms, ratio ? own[k] : 0.0);
+            bond.e = ratio ? coef.e : own[k];
         } else {
             tms = alone ? tm_lone : tm_pair;
             bond = pick_bond(pair, lone, alone);
@@ -145,11 +147,11 @@ RY_INLINE void contact_body(const ry_contact *c, const ry_grains *g, ry_near *ne
 
 static const struct {
     const char *name;
-    int moves;
+    int moves, ratio;
     ry_contact_fn *kernel[RY_CONTACT_STAMPS];
 } laws[] = {
 #define RY_LAW(name, law, moves, ratio, letter, source)                                                 \
-    {#name, moves, {contact_##name##_0, contact_##name##_1, contact_##name##_2, contact_##name##_3, \
+    {#name, moves, ratio, {contact_##name##_0, contact_##name##_1, contact_##name##_2, contact_##name##_3, \
                     contact_##name##_4, contact_##name##_5, contact_##name##_6, contact_##name##_7}},
 #include "law/laws.def"
 #undef RY_LAW
@@ -168,6 +170,11 @@ const char *ry_contact_law_name(int law)
 int ry_contact_law_moves(int law)
 {
     return laws[law].moves;
+}
+
+int ry_contact_law_damps(int law)
+{
+    return laws[law].ratio;
 }
 
 /* ---- who touches ---------------------------------------------------------------------------- */
@@ -228,6 +235,9 @@ static void open_contact(const ry_contact *c, const ry_grains *g, ry_pairs *pair
     memset(pairs->slot[p], 0, sizeof pairs->slot[p]);
     pairs->slip[p] = pairs->rest[p] = 0.0;
     pairs->age[p] = 0;
+    if (c->film.on) {
+        pairs->wet[p] = 0.0;
+    }
     if (c->moves) {
         pairs->sx[p] = pairs->sz[p] = 0.0;
     }
@@ -389,6 +399,46 @@ RY_CLONES static void load(const ry_contact *c, const ry_pairs *pairs, int32_t a
     }
 }
 
+/* ---- contacts in a viscous fluid ------------------------------------------------------------- */
+
+double ry_contact_wet(const ry_film *film, const ry_law_coef *coef, double a, double c, double loss)
+{
+    if (!film->damps) {
+        return ry_wet_restitution(coef->e, loss);
+    }
+    const double root = film->unit * sqrt(a);
+    /* what the step bears; and no more than stops the approach within it */
+    const double most = ry_min(0.999 * 0.5 * (4.0 / film->many - a), 1.0) / root;
+    return film->unit * ry_wet_damping(c / root, loss, most, film->usual);
+}
+
+/* Of grains i and j that close with the approach [m/s]. */
+static double film_between(const ry_contact *c, const ry_grains *g, int32_t i, int32_t j, double approach)
+{
+    const double ri = g->radius[i], rj = g->radius[j], volume = 4.0 / 3.0 * 3.141592653589793;
+    const double im_i = c->im[i] > 0.0 ? 1.0 / (volume * ri * ri * ri * g->density[i]) : 0.0;
+    const double im_j = c->im[j] > 0.0 ? 1.0 / (volume * rj * rj * rj * g->density[j]) : 0.0;
+    const double curvature = (ri > 0.0 ? 1.0 / ri : 0.0) + (rj > 0.0 ? 1.0 / rj : 0.0);
+    const double stokes = approach * ry_wet_stokes(c->film.per_mu, im_i + im_j, curvature);
+    const double a = c->coef.k_dt2 * (c->im[i] + c->im[j]);
+    const double damping = c->coef.zeta2 > 0.0 ? c->coef.zeta2 * sqrt(a) : c->coef.eta_dt * (c->im[i] + c->im[j]);
+    return ry_contact_wet(&c->film, &c->coef, a, damping, ry_wet_loss(stokes));
+}
+
+/* The first step of a contact decides, from its speed, what the fluid leaves; the contact keeps it. */
+static void wet_block(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, ry_near *near)
+{
+    for (int32_t k = 0; k < near->n_padded; k++) {
+        const int32_t i = near->i[k], j = near->j[k];
+        near->wet[k] = pairs->wet[near->pair[k]];
+        if (near->age[k] == 0.0) {
+            const double ux = g->vx[i] - g->vx[j], uz = g->vz[i] - g->vz[j];
+            const double approach = (ux * near->t_nx[k] + uz * near->t_nz[k]) / near->t_lever[k];
+            near->wet[k] = film_between(c, g, i, j, approach);
+        }
+    }
+}
+
 /* ---- the stage ------------------------------------------------------------------------------ */
 
 static void store(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
@@ -410,6 +460,9 @@ static void store(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
         for (int32_t k = 0; k < n; k++) {
             slip[near->pair[k]] = near->slip[k];
         }
+    }
+    for (int32_t k = 0; k < n && c->film.on; k++) {
+        pairs->wet[near->pair[k]] = near->wet[k];
     }
     if (c->moves) {
         for (int32_t k = 0; k < n; k++) {
@@ -444,6 +497,11 @@ static void push_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
     for (int32_t at = from; at < from + n; at += RY_CONTACT_BLOCK) {
         const int32_t left = from + n - at;
         load(c, pairs, at, left < RY_CONTACT_BLOCK ? left : RY_CONTACT_BLOCK, &near);
+        near.own = c->dry;
+        if (c->film.on) {
+            wet_block(c, g, pairs, &near);
+            near.own = near.wet;
+        }
         c->kernel(c, g, &near);
         store(c, pairs, &near);
         if (c->features & RY_CONTACT_LEDGER) {

@@ -7,6 +7,7 @@
 #define RY_STAGE_CONTACT_H
 
 #include "law/bond.h"
+#include "law/wet.h"
 #include "stage/neighbor.h"
 #include "store/pairs.h"
 
@@ -35,6 +36,8 @@ typedef struct ry_near {
 #undef RY_GAP_NEAR
     double crowd[RY_CONTACT_BLOCK], young_i[RY_CONTACT_BLOCK], young_j[RY_CONTACT_BLOCK];
     double slip[RY_CONTACT_BLOCK], rest[RY_CONTACT_BLOCK], age[RY_CONTACT_BLOCK]; /* in and out */
+    double wet[RY_CONTACT_BLOCK]; /* in and out */
+    const double *own; /* e, or zeta2 of laws with a damping ratio, of each contact */
     double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK], pt[RY_CONTACT_BLOCK];
     double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK];
     double impact[RY_CONTACT_BLOCK]; /* lost [J] */
@@ -49,8 +52,21 @@ typedef struct ry_near {
 typedef struct ry_contact ry_contact;
 typedef void ry_contact_fn(const ry_contact *contact, const ry_grains *grains, ry_near *near);
 
+/* The film of fluid between grains that close, see law/wet.h. */
+typedef struct ry_film {
+    int on;
+    int damps;      /* the law takes a damping ratio, not a restitution */
+    int usual;      /* its ratio follows from the loss by the usual formula, not the exact one */
+    int pulls;      /* its dashpot pulls until the overlap ends */
+    double unit;    /* its zeta2 over the ratio: 2, of tanaka sqrt 5 */
+    double many;    /* the step bears many x (a + 2c) < 4: 1, in a bed 3 */
+    double per_mu;  /* 1/(6 pi mu) [m s/kg] */
+} ry_film;
+
 struct ry_contact {
     ry_contact_fn *kernel;
+    ry_film film;
+    double dry[RY_CONTACT_BLOCK]; /* without film: ry_near.own of any contact */
     ry_law_coef coef;
     ry_bond bond[2];  /* of equal grains: both free to move; one immovable */
     double tm[2];     /* their tm, see ry_bond_make [1/kg] */
@@ -69,6 +85,11 @@ struct ry_contact {
 ry_contact_fn *ry_contact_select(int law, int features);
 const char *ry_contact_law_name(int law);
 int ry_contact_law_moves(int law);
+int ry_contact_law_damps(int law); /* it takes a damping ratio */
+
+/* What the film makes of a contact of two grains that close [e, or zeta2]: a, c as in law/law.h of the dry
+ * pair, `loss` = 35/St. */
+double ry_contact_wet(const ry_film *film, const ry_law_coef *coef, double a, double c, double loss);
 
 void ry_contact_stage(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
 

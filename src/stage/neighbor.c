@@ -45,7 +45,8 @@ void ry_neighbor_free(ry_neighbor *b)
 {
     void *const arrays[] = {b->x0,       b->z0,       b->cell_of,  b->member,     b->member_id,
                             b->member_x, b->member_z, b->member_r, b->row_length, b->cell_start,
-                            b->old.row,  b->old.j,    b->old.slip, b->old.rest,   b->old.age};
+                            b->old.row,  b->old.j,    b->old.slip, b->old.rest,   b->old.age,
+                            b->old.wet};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }
@@ -275,11 +276,13 @@ static ry_status set_memory_aside(ry_neighbor *b, ry_pairs *pairs, ry_error *err
         free(old->slip);
         free(old->rest);
         free(old->age);
+        free(old->wet);
         old->j = ry_array(pairs->capacity, sizeof *old->j);
         old->slip = ry_array(pairs->capacity, sizeof *old->slip);
         old->rest = ry_array(pairs->capacity, sizeof *old->rest);
         old->age = ry_array(pairs->capacity, sizeof *old->age);
-        if (!old->j || !old->slip || !old->rest || !old->age) {
+        old->wet = pairs->wet != NULL ? ry_array(pairs->capacity, sizeof *old->wet) : NULL;
+        if (!old->j || !old->slip || !old->rest || !old->age || (pairs->wet != NULL && !old->wet)) {
             return ry_no_memory(error, pairs->capacity * 21);
         }
         old->room = pairs->capacity;
@@ -290,6 +293,9 @@ static ry_status set_memory_aside(ry_neighbor *b, ry_pairs *pairs, ry_error *err
     memcpy(old->slip, pairs->slip, n * sizeof *old->slip);
     memcpy(old->rest, pairs->rest, n * sizeof *old->rest);
     memcpy(old->age, pairs->age, n * sizeof *old->age);
+    if (pairs->wet != NULL) {
+        memcpy(old->wet, pairs->wet, n * sizeof *old->wet);
+    }
     for (int w = 0; w < b->n_walls; w++) {
         memcpy(old->wall_slot[w], pairs->wall_slot[w], (size_t)pairs->n_grains * sizeof(int32_t));
     }
@@ -301,6 +307,9 @@ static void take_over(ry_pairs *pairs, int32_t slot, const struct ry_old *old, i
     pairs->slip[slot] = from >= 0 ? old->slip[from] : 0.0;
     pairs->rest[slot] = from >= 0 ? old->rest[from] : 0.0;
     pairs->age[slot] = from >= 0 ? old->age[from] : 0;
+    if (pairs->wet != NULL) {
+        pairs->wet[slot] = from >= 0 ? old->wet[from] : 0.0;
+    }
 }
 
 /* Rows of owner k, old and new, are both sorted by the partner's id: one merge. */

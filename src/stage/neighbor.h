@@ -34,7 +34,7 @@ typedef struct ry_neighbor {
     struct ry_found { int32_t *j; size_t room, n; } *found; /* one per thread */
     struct ry_old {  /* the memory of the list before */
         int32_t *row, *j;
-        double *slip, *rest;
+        double *slip, *rest, *wet;
         uint8_t *age;
         int32_t *wall_slot[RY_MAX_WALLS];
         size_t room;

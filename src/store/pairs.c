@@ -15,7 +15,7 @@ static ry_status make(void *array, size_t count, size_t size, ry_error *error)
 }
 
 ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, int ledger,
-                          ry_error *error)
+                          int wet, ry_error *error)
 {
     const size_t n = (size_t)n_grains;
     *pairs = (ry_pairs){.n_grains = n_grains};
@@ -29,6 +29,9 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int mo
     if (moves) { /* any non-NULL arrays tell ry_pairs_reserve that shifts are wanted */
         RY_TRY(make(&pairs->sx, 1, sizeof *pairs->sx, error));
         RY_TRY(make(&pairs->sz, 1, sizeof *pairs->sz, error));
+    }
+    if (wet) {
+        RY_TRY(make(&pairs->wet, 1, sizeof(double), error));
     }
     if (ledger) {
         RY_TRY(make(&pairs->t_run, 1, sizeof(double), error)); /* likewise */
@@ -50,6 +53,9 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
     RY_TRY(make(&pairs->rest, room, sizeof *pairs->rest, error));
     RY_TRY(make(&pairs->age, room, sizeof *pairs->age, error));
     RY_TRY(make(&pairs->slot, room, sizeof *pairs->slot, error));
+    if (pairs->wet != NULL) {
+        RY_TRY(make(&pairs->wet, room, sizeof *pairs->wet, error));
+    }
     if (pairs->sx != NULL) {
         RY_TRY(make(&pairs->sx, room, sizeof *pairs->sx, error));
         RY_TRY(make(&pairs->sz, room, sizeof *pairs->sz, error));
@@ -75,7 +81,7 @@ void ry_pairs_free(ry_pairs *pairs)
     void *const arrays[] = {pairs->crowd, pairs->place, pairs->i,     pairs->j,        pairs->slip,
                             pairs->rest,  pairs->age,   pairs->slot,  pairs->sx,       pairs->sz,
                             pairs->row,   pairs->below, pairs->chunk, pairs->touching, pairs->n_touching,
-                            pairs->below_start};
+                            pairs->below_start, pairs->wet};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }
@@ -99,6 +105,9 @@ static void export_slot(const ry_pairs *pairs, int32_t slot, int32_t id_i, int32
     out->slip[out->n] = pairs->slip[slot];
     out->rest[out->n] = pairs->rest[slot];
     out->age[out->n] = pairs->age[slot];
+    if (pairs->wet != NULL) {
+        out->wet[out->n] = pairs->wet[slot];
+    }
     out->n++;
 }
 
@@ -108,6 +117,7 @@ ry_status ry_pairs_export(const ry_pairs *pairs, ry_state *state, ry_error *erro
     for (int32_t p = 0; p < pairs->n; p++) {
         touching += pairs->age[p] != 0;
     }
+    state->contacts.is_wet = pairs->wet != NULL;
     RY_TRY(ry_contacts_reserve(&state->contacts, touching, error));
     state->contacts.n = 0;
     for (int32_t id = 0; id < pairs->n_grains; id++) {
@@ -150,6 +160,9 @@ void ry_pairs_import(ry_pairs *pairs, const ry_state *state)
             pairs->slip[p] = from->slip[c];
             pairs->rest[p] = from->rest[c];
             pairs->age[p] = (uint8_t)from->age[c];
+            if (pairs->wet != NULL && from->wet != NULL) {
+                pairs->wet[p] = from->wet[c];
+            }
         }
     }
 }

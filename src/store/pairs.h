@@ -32,6 +32,7 @@ typedef struct ry_pairs {
      * angular impulse per radius (the same on both) [N s]; the fourth fills up to a power of two. Side by
      * side, because a grain fetches all of a pair that may lie anywhere. */
     double (*slot)[RY_SLOT];
+    double *wet;      /* as in ry_contacts; NULL unless contacts are wet */
     double *sx, *sz;  /* shift x reduced mass, on the owner; NULL unless the law moves [kg m] */
 
     int32_t *crowd;       /* n_grains + RY_MAX_WALLS: contacts of a grain in this step x RY_CROWD_ALL, plus those
@@ -71,7 +72,7 @@ enum { RY_CROWD_ALL = 1 << 16 };
 enum { RY_CHUNK = 2048 };
 
 ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, int ledger,
-                          ry_error *error);
+                          int wet, ry_error *error);
 void ry_pairs_free(ry_pairs *pairs);
 
 /* Room for n pairs; what is there is lost. */

@@ -63,6 +63,7 @@ void ry_state_free(ry_state *state)
 #define FREE_LEDGER(name, text) free(state->ledger.name);
     RY_GRAIN_FIELDS(FREE_GRAINS);
     RY_CONTACT_FIELDS(FREE_CONTACTS);
+    RY_WET_FIELDS(FREE_CONTACTS);
     RY_COLUMN_FIELDS(FREE_COLUMN);
     RY_LEDGER_TOTALS(FREE_LEDGER);
 #undef FREE_GRAINS
@@ -82,6 +83,9 @@ ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error)
     capacity = (size_t)contacts->capacity; \
     RY_TRY(ry_array_grow(&contacts->name, &capacity, used, wanted, sizeof(type), error));
     RY_CONTACT_FIELDS(GROW);
+    if (contacts->is_wet) {
+        RY_WET_FIELDS(GROW);
+    }
 #undef GROW
     contacts->capacity = (int64_t)capacity;
     return RY_OK;
@@ -141,6 +145,9 @@ static uint64_t hash_contact(const ry_contacts *contacts, int64_t k)
     uint64_t hash = 2;
 #define ADD(type, name, unit, text) hash = add_##type(hash, contacts->name[k]);
     RY_CONTACT_FIELDS(ADD);
+    if (contacts->is_wet) {
+        RY_WET_FIELDS(ADD);
+    }
 #undef ADD
     return hash;
 }

@@ -50,10 +50,17 @@ typedef struct ry_grains {
     RY_CONTACT_FIELD(double, rest, "m", "overlap at which the normal spring is relaxed")        \
     RY_CONTACT_FIELD(double, age, "1", "steps since the contact closed, counted up to 255")
 
+/* Those with contact.wet only. */
+#define RY_WET_FIELDS(RY_CONTACT_FIELD)                                                         \
+    RY_CONTACT_FIELD(double, wet, "1", "restitution that the fluid has left, of laws that take one; else what " \
+                     "it has made of the dashpot, twice the damping ratio (tanaka: sqrt 5 times)")
+
 typedef struct ry_contacts {
     int64_t n, capacity;
+    int64_t is_wet; /* 1: has RY_WET_FIELDS; else they are NULL */
 #define RY_CONTACT_POINTER(type, name, unit, text) type *name;
     RY_CONTACT_FIELDS(RY_CONTACT_POINTER)
+    RY_WET_FIELDS(RY_CONTACT_POINTER)
 #undef RY_CONTACT_POINTER
 } ry_contacts;
 
