@@ -13,7 +13,7 @@ CMAKE_ARGS ?=
 
 MAKEFLAGS += --no-print-directory
 
-.PHONY: all build setup setup-check demo check bench install docs format lint clean
+.PHONY: all build setup setup-check setup-bench demo check bench install docs format lint clean
 
 all: build
 
@@ -22,6 +22,9 @@ setup:
 
 setup-check:
 	@bash cmake/setup-debian.sh check
+
+setup-bench:
+	@bash cmake/setup-debian.sh bench
 
 build: setup
 	@cmake -S . -B $(BUILD) $(CMAKE_ARGS) >/dev/null
@@ -40,11 +43,15 @@ check: setup-check
 	@cmake --build $(BUILD) --parallel $(JOBS)
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $(JOBS)
 
-# Speed on this machine: bench-speed.h5, .csv and .png in runs/.
-bench: build
+# Speed of this machine, alone and against LAMMPS, LIGGGHTS and YADE (Debian's packages): bench-speed and
+# bench-peers, .csv and .png, in runs/. A quarter of an hour; `make bench QUICK=--quick`: two minutes.
+QUICK ?=
+bench: setup-bench build
 	@mkdir -p runs
-	$(BUILD)/ryusa bench speed -o runs/bench-speed.h5 --force
+	$(BUILD)/ryusa bench speed -o runs/bench-speed.h5 --force $(QUICK)
+	$(PYTHON) -B tests/peers/peers.py --ryusa $(BUILD)/ryusa --csv runs/bench-peers.csv $(QUICK)
 	$(PYTHON) -B postprocess/bench.py runs/bench-speed.h5
+	$(PYTHON) -B postprocess/bench.py runs/bench-peers.csv
 
 install: build
 	cmake --install $(BUILD) --prefix $(PREFIX)

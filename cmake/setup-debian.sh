@@ -5,12 +5,15 @@
 # Installs the Debian packages that are missing; does nothing, and needs no rights, when none is.
 #   setup-debian.sh build    what building, running and plotting need
 #   setup-debian.sh check    also what the tests need
+#   setup-debian.sh bench    what `build` needs and the programs that ryusa is compared with (half a gigabyte)
 set -eu
 
 packages="cmake gcc libc6-dev make pkg-config libhdf5-dev libfftw3-dev libyaml-dev libudunits2-dev
           libgsl-dev libnlopt-dev librandom123-dev python3-h5py python3-matplotlib python3-pil"
 if [ "${1:-build}" = check ]; then
-    packages="$packages libcmocka-dev g++ clang"
+    packages="$packages libcmocka-dev g++ clang valgrind"
+elif [ "${1:-build}" = bench ]; then
+    packages="$packages python3-numpy lammps liggghts yade"
 fi
 
 if ! command -v dpkg-query >/dev/null; then

@@ -1,7 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
-"""Draws what `ryusa bench` measured: bench.py FILE.h5 [PICTURE.png]"""
+"""Draws what `ryusa bench` or tests/peers/peers.py measured: bench.py FILE.h5|FILE.csv [PICTURE.png]"""
+import csv
 import sys
 from pathlib import Path
 
@@ -122,11 +123,48 @@ def speed(file, path):
     return save(figure, path)
 
 
+PROGRAM_STYLE = {"ryusa": (BLUE, "o"), "ryusa measuring": (SKY, "o"), "LAMMPS": (ORANGE, "v"), "LAMMPS top": (AMBER, "^"),
+                 "LIGGGHTS": (GREEN, "s"), "YADE": (PINK, "D")}
+
+
+def peers(path, picture):
+    """Rates of all programs over the number of grains: a column per scene, a row per number of cores."""
+    with open(path) as file:
+        machine = file.readline().lstrip("# ").strip()
+        rows = list(csv.DictReader(file))
+    if not rows or "program" not in rows[0]:
+        sys.exit(f"bench.py: {path}: not a table of tests/peers/peers.py")
+    all_cores = sorted({int(r["cores"]) for r in rows})
+    figure, axes = plt.subplots(len(all_cores), 2, sharex=True, sharey=True, squeeze=False, layout="constrained",
+                                figsize=(7.0, 0.6 + 2.7 * len(all_cores)))
+    for line, cores in zip(axes, all_cores):
+        for place, scene in zip(line, ("settled", "sheared")):
+            for program, (color, marker) in PROGRAM_STYLE.items():
+                points = sorted((int(r["grains"]), float(r["best"]), float(r["median"])) for r in rows if
+                                (r["scene"], r["program"], int(r["cores"])) == (scene, program, cores))
+                if points:
+                    n, best, median = zip(*points)
+                    place.plot(n, np.array(best) * 1e-6, color=color, marker=marker, markersize=3, label=program)
+                    place.plot(n, np.array(median) * 1e-6, ":", color=color, linewidth=0.8)
+            place.set_xscale("log")
+            place.set_yscale("log")
+            place.set_title(f"{scene}, {cores} core{'s' * (cores > 1)}")
+        line[0].set_ylabel("million grain-steps per second")
+    for place in axes[-1]:
+        place.set_xlabel("grains that can move (dotted: median)")
+    axes[0, 1].legend(fontsize=6)
+    figure.suptitle(machine, fontsize=5)
+    return save(figure, picture)
+
+
 def main(words):
     if not 1 <= len(words) <= 2:
-        sys.exit("usage: bench.py FILE.h5 [PICTURE.png]")
+        sys.exit("usage: bench.py FILE.h5|FILE.csv [PICTURE.png]")
     path = Path(words[0])
     try:
+        if path.suffix == ".csv":
+            print(peers(path, words[1] if len(words) > 1 else path.with_suffix(".png")))
+            return
         with h5py.File(path) as file:
             bench = text_of(file.attrs.get("bench", ""))
             draw = DRAW.get(bench)
