@@ -13,7 +13,7 @@ CMAKE_ARGS ?=
 
 MAKEFLAGS += --no-print-directory
 
-.PHONY: all build setup setup-check setup-bench demo check bench install docs format lint clean
+.PHONY: all build setup setup-check setup-bench demo check bench install docs instructions format lint clean
 
 all: build
 
@@ -59,6 +59,11 @@ install: build
 # Pages that are made from the source; the tests check that they are up to date.
 docs: build
 	$(BUILD)/ryusa show --parameters > docs/parameters.md
+
+# The table of tests/test_instructions.py, after a change that costs or saves instructions.
+instructions: setup-check build
+	RY_UPDATE=1 RYUSA=$(abspath $(BUILD))/ryusa SOURCE_DIR=$(CURDIR) BUILD_DIR=$(abspath $(BUILD)) \
+	    $(PYTHON) -B tests/test_instructions.py
 
 SOURCES = $(shell find include src tests -name '*.[ch]')
 format:
