@@ -19,7 +19,7 @@ LAYERS = {"base": 0, "law": 1, "store": 2, "config": 3, "stage": 4, "scene": 5, 
           "sim": 7, "study": 8, "cli": 9}
 PUBLIC = {"ryusa/status.h": 0, "ryusa/config.h": 3, "ryusa/config.def": 3, "ryusa/ryusa.h": 3}
 NO_OPTIONS = {"base", "law", "store", "stage"}
-ONLY_IN = {"hdf5.h": "io", "hdf5_hl.h": "io", "fftw3.h": "analysis", "argp.h": "cli", "yaml.h": "config"}
+ONLY_IN = {"hdf5.h": "io", "hdf5_hl.h": "io", "fftw3.h": "analysis", "nlopt.h": "analysis", "argp.h": "cli", "yaml.h": "config"}
 PRINTS = re.compile(r"(?<!format\()(?<!format \()\b(?:v?printf|puts|putchar|perror|_?exit|quick_exit|stdout|stderr)\b(?!\.)")
 LONGEST_FUNCTION, LONGEST_FILE, LONGEST_TEST, LONGEST_LINE = 120, 600, 1000, 120
 

@@ -12,7 +12,7 @@
 #include "cli/signals.h"
 #include "study/threshold.h"
 
-enum { MAX_CORES = 1024, LOW = 256, HIGH, TOLERANCE, CRITERION };
+enum { MAX_CORES = 1024, LOW = 256, HIGH, TOLERANCE, CRITERION, FRESH };
 
 typedef struct arguments {
     ry_threshold_options wish;
@@ -53,6 +53,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case HIGH: return parse_number("--high", text, &a->wish.high);
     case TOLERANCE: return parse_number("--tolerance", text, &a->wish.tolerance);
     case CRITERION: return parse_number("--criterion", text, &a->wish.criterion);
+    case FRESH: a->wish.fresh = 1; return 0;
     case 'f': a->wish.force = 1; return 0;
     case 'q': a->quiet = 1; return 0;
     case ARGP_KEY_ARG: return ry_cli_single(&a->wish.scene, text);
@@ -70,6 +71,7 @@ static const struct argp_option options[] = {
     {"high", HIGH, "THETA", 0, "Shields number at which every bed moves (0.4)", 0},
     {"tolerance", TOLERANCE, "WIDTH", 0, "known within this, for each bed (0.002)", 0},
     {"criterion", CRITERION, "Q", 0, "a bed moves if its q* is at least this (1e-4)", 0},
+    {"fresh", FRESH, NULL, 0, "from rest: the bed as it has settled from its lattice, without a push", 0},
     {"force", 'f', NULL, 0, "replace an OUT.h5 that is there", 0},
     {"quiet", 'q', NULL, 0, "no progress", 0},
     {0},
@@ -80,7 +82,7 @@ static const struct argp argp = {
     .args_doc = "SCENE.yaml",
     .doc =
         "Finds the Shields numbers at which a bed at rest begins to move, and at which a moving one comes to "
-        "rest, by bisection for each of several beds (docs/threshold.md).\v"
+        "rest, by bisection for each of several beds (docs/threshold.md). Both begin with the same push.\v"
         "The mean q* over the second half of the time with the fluid on decides. A trial runs up to time.end.",
 };
 

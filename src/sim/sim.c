@@ -171,6 +171,12 @@ ry_sim *ry_sim_create(const ry_config *config, int threads, ry_error *error)
     return ry_sim_adopt(config, &state, threads, error);
 }
 
+void ry_sim_set_stress(ry_sim *sim, double tau)
+{
+    sim->plan.flow.tau = tau;
+    sim->plan.flow.tau_start = tau;
+}
+
 void ry_sim_free(ry_sim *sim)
 {
     if (sim != NULL) {

@@ -26,4 +26,8 @@ ry_status ry_sim_collect(ry_sim *sim, ry_error *error);
 /* Adds one sample to the profile sums of the plan. */
 void ry_sim_profile(ry_sim *sim);
 
+/* From now on the bed shear stress is `tau` [Pa] (once the fluid is on): for studies that change it on
+ * the way. It is no part of the state: a checkpoint doesn't know of it. */
+void ry_sim_set_stress(ry_sim *sim, double tau);
+
 #endif

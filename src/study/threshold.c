@@ -13,12 +13,17 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "io/table_file.h"
+#include "sim/sim.h"
 #include "study/each.h"
 #include "study/pool.h"
 
 enum { MOST_TRIALS = 64, MOST_REPLICAS = 1000 };
 
 #define REPORT_EVERY 0.1 /* seconds of wall time */
+/* The push before a trial, and the still fluid after it in which the bed comes to rest. */
+#define PUSH_SHIELDS 0.6
+#define PUSH_TIME 0.5 /* s */
+#define STILL_TIME 0.5
 
 static const char *const start_words[RY_THRESHOLD_STARTS] = {"rest", "motion"};
 
@@ -102,34 +107,68 @@ static int report(search *s, int done)
     return atomic_load(&s->stopping);
 }
 
-static ry_status watch_run(search *s, ry_sim *sim, const ry_config *config, trial *out,
-                           ry_error *error)
+/* A run that may be asked to stop, whose clock begins anew with each stress. */
+typedef struct course {
+    search *search;
+    ry_sim *sim;
+    const ry_config *config;
+    ry_derived derived;
+    double reported;
+} course;
+
+/* Takes steps up to `duration` [s], and shows q* to the watch (NULL: none) until it decides. */
+static ry_status follow(course *c, double duration, watch *w, int *verdict, double *time, ry_error *error)
 {
-    const ry_derived q = ry_config_derive(config);
-    const double settle = (double)q.steps_settle * config->time_step;
-    const double end = (double)q.steps_end * config->time_step;
-    const double interval = q.steps_series * config->time_step;
-    watch w = {.begin = settle + fmin(0.3, 0.2 * (end - settle)),
-               .end = end,
-               .criterion = s->options->criterion};
-    w.half = 0.5 * (w.begin + end);
-    w.stretch = fmax(0.5, 0.1 * (end - w.begin));
-    int verdict = UNDECIDED;
-    long long step = 0;
-    double time = 0.0, reported = ry_clock();
-    while (step < q.steps_end && verdict == UNDECIDED) {
-        RY_TRY(ry_sim_step(sim, q.steps_series, error));
-        step += q.steps_series;
-        time = (double)step * config->time_step;
-        verdict = watch_sample(&w, time, interval, ry_sim_sample(sim).q_star);
-        if (ry_clock() - reported > REPORT_EVERY) {
-            reported = ry_clock();
-            if (report(s, atomic_load(&s->trials))) {
+    const double interval = c->derived.steps_series * c->config->time_step;
+    *verdict = UNDECIDED;
+    *time = 0.0;
+    for (long long n = 1; *time < duration - 0.5 * interval && *verdict == UNDECIDED; n++) {
+        RY_TRY(ry_sim_step(c->sim, c->derived.steps_series, error));
+        *time = (double)n * interval;
+        if (w != NULL) {
+            *verdict = watch_sample(w, *time, interval, ry_sim_sample(c->sim).q_star);
+        }
+        if (ry_clock() - c->reported > REPORT_EVERY) {
+            c->reported = ry_clock();
+            if (report(c->search, atomic_load(&c->search->trials))) {
                 return RY_STOPPED;
             }
         }
     }
-    out->time = time;
+    return RY_OK;
+}
+
+/* The bed as the trial finds it: settled, pushed, and, from rest, at rest again. */
+static ry_status make_bed(course *c, int start, double stress_unit, ry_error *error)
+{
+    int verdict;
+    double time;
+    const int pushed = start == RY_THRESHOLD_MOTION || !c->search->options->fresh;
+    RY_TRY(follow(c, (double)c->derived.steps_settle * c->config->time_step, NULL, &verdict, &time, error));
+    if (pushed) {
+        ry_sim_set_stress(c->sim, PUSH_SHIELDS * stress_unit);
+        RY_TRY(follow(c, PUSH_TIME, NULL, &verdict, &time, error));
+    }
+    if (pushed && start == RY_THRESHOLD_REST) {
+        ry_sim_set_stress(c->sim, 0.0);
+        RY_TRY(follow(c, STILL_TIME, NULL, &verdict, &time, error));
+    }
+    return RY_OK;
+}
+
+static ry_status watch_run(search *s, ry_sim *sim, const ry_config *config, int start, trial *out,
+                           ry_error *error)
+{
+    course c = {s, sim, config, ry_config_derive(config), ry_clock()};
+    const double stress_unit = (c.derived.density - config->fluid_density) * config->domain_gravity * c.derived.d;
+    const double end = (double)(c.derived.steps_end - c.derived.steps_settle) * config->time_step;
+    watch w = {.begin = fmin(0.3, 0.2 * end), .end = end, .criterion = s->options->criterion};
+    w.half = 0.5 * (w.begin + end);
+    w.stretch = fmax(0.5, 0.1 * (end - w.begin));
+    int verdict;
+    RY_TRY(make_bed(&c, start, stress_unit, error));
+    ry_sim_set_stress(sim, out->shields * stress_unit);
+    RY_TRY(follow(&c, end, &w, &verdict, &out->time, error));
     out->q_star = w.n_half > 0 ? w.sum / (double)w.n_half : 0.0;
     out->moves = verdict == MOVES || (verdict == UNDECIDED && out->q_star >= s->options->criterion);
     return RY_OK;
@@ -137,18 +176,17 @@ static ry_status watch_run(search *s, ry_sim *sim, const ry_config *config, tria
 
 static ry_status try_shields(search *s, bed *b, double shields, int *moves, ry_error *error)
 {
-    char text[3][80];
-    snprintf(text[0], sizeof text[0], "fluid.shields=%.12g", shields);
-    snprintf(text[1], sizeof text[1], "fluid.start=%s", start_words[b->start]);
-    snprintf(text[2], sizeof text[2], "grains.seed=%d", b->seed);
-    const char *const overrides[] = {text[0], text[1], text[2]};
+    char seed[40];
+    snprintf(seed, sizeof seed, "grains.seed=%d", b->seed);
+    const char *const overrides[] = {"fluid.start=rest", seed};
     ry_config config;
     RY_TRY(ry_config_parse(&config, s->base.text, s->base.path, overrides,
-                           s->base.has_grains ? 3 : 2, error));
+                           s->base.has_grains ? 2 : 1, error));
     trial *const t = &b->trial[b->n];
     *t = (trial){.shields = shields};
     ry_sim *const sim = ry_sim_create(&config, 1, error);
-    const ry_status status = sim != NULL ? watch_run(s, sim, &config, t, error) : error->status;
+    const ry_status status =
+        sim != NULL ? watch_run(s, sim, &config, b->start, t, error) : error->status;
     ry_sim_free(sim);
     ry_config_free(&config);
     if (status == RY_OK) {
@@ -279,7 +317,7 @@ static void write_trials(const search *s, ry_table_file *f, const columns *t)
     ry_table_file_numbers(f, "trials/shields", "1", "Shields number", n, t->shields);
     ry_table_file_numbers(f, "trials/q_star", "1", "mean over the second half of the time it ran",
                           n, t->q_star);
-    ry_table_file_numbers(f, "trials/time", "s", "at which it was decided", n, t->time);
+    ry_table_file_numbers(f, "trials/time", "s", "of this stress, when it was decided", n, t->time);
     ry_table_file_numbers(f, "trials/moves", "1", "1: the bed moves", n, t->moves);
 }
 
@@ -329,6 +367,7 @@ static ry_status write_file(const search *s, const ry_threshold_result *r, ry_er
         ry_table_file_texts(f, "scene_text", "the scene", 1, &scene);
         ry_table_file_set_number(f, "/", "criterion", s->options->criterion);
         ry_table_file_set_number(f, "/", "tolerance", s->options->tolerance);
+        ry_table_file_set_number(f, "/", "fresh", s->options->fresh);
         ry_table_file_set_number(f, "/", "d_star", r->d_star);
         for (int start = 0; start < RY_THRESHOLD_STARTS; start++) {
             write_side(s, r, start, f, &t);

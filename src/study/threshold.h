@@ -2,9 +2,7 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * `ryusa threshold`: the Shields numbers at which a bed at rest begins to move, and at which a moving
- * one comes to rest, by bisection for each of several beds (replicas). docs/threshold.md.
- *
- * A bed moves at some Shields number if its mean q* over the second half of the time with the fluid on
+ * one XX at some Shields number if its mean q* over the second half of the time with the fluid on
  * is at least `criterion`. A trial ends early when that is certain, or when a stretch of a tenth of the
  * time (at least 0.5 s) had a mean |q*| below a tenth of the criterion: the bed is at rest. */
 #ifndef RY_STUDY_THRESHOLD_H
@@ -25,6 +23,7 @@ typedef struct ry_threshold_options {
     double low, high; /* Shields numbers between which the threshold lies */
     double tolerance; /* width of the last bracket */
     double criterion; /* q* */
+    int fresh; /* from rest without the push: the bed as it has settled from its lattice */
     /* Now and then, from any thread, one at a time. A return other than 0 asks to stop. */
     int (*progress)(void *data, int trials, int most_trials);
     void *data;

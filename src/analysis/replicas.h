@@ -1,0 +1,28 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * The mean of replicas: results of the same kind from beds with other packings, each with a standard
+ * error of its own. The error of their mean is sqrt(within^2 + between^2): what the runs' own errors
+ * give, and what the beds differ by beyond these (a random-effects model, as DerSimonian & Laird 1986). */
+#ifndef RY_ANALYSIS_REPLICAS_H
+#define RY_ANALYSIS_REPLICAS_H
+
+typedef struct ry_replicas {
+    int n;
+    double mean;
+    double within;  /* standard error of the mean by the replicas' own errors */
+    double between; /* by what they differ beyond these; 0 where n < 2 */
+} ry_replicas;
+
+/* Results that are no numbers are left out; an own error that is none counts as 0. */
+ry_replicas ry_replicas_of(int n, const double *value, const double *error);
+
+/* What beds differ by, as a part of their mean, pooled over points: few replicas tell it badly at one
+ * point, and well over many. The median, for near its threshold a bed moves or not. Points with a mean
+ * of `least` or below, or with fewer than two replicas, are left out; 0 if none is left. */
+double ry_replicas_spread(int n, const ry_replicas *point, double least);
+
+/* Standard error of the mean; `spread` is that of ry_replicas_spread, 0 where there is none. */
+double ry_replicas_error(const ry_replicas *r, double spread);
+
+#endif
