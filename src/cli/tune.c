@@ -13,13 +13,14 @@
 #include "cli/signals.h"
 #include "study/tune.h"
 
-enum { MAX_THREADS = 1024 };
+enum { MAX_THREADS = 1024, MAX_VARIED = 20, JOINT = 256, VARY, BUDGET };
 
 typedef struct arguments {
     const char *scene, *output, *target;
     char *default_output;
     ry_overrides overrides;
-    int threads, resume, force, quiet, quick;
+    int threads, resume, force, quiet, quick, joint, budget, n_vary;
+    const char *vary[MAX_VARIED];
 } arguments;
 
 typedef struct display {
@@ -58,6 +59,15 @@ static error_t parse(int key, char *text, struct argp_state *state)
     case 'f': a->force = 1; return 0;
     case 'q': a->quiet = 1; return 0;
     case 'Q': a->quick = 1; return 0;
+    case JOINT: a->joint = 1; return 0;
+    case VARY:
+        if (a->n_vary == MAX_VARIED) {
+            return ry_cli_misuse("--vary: too many constants");
+        }
+        a->vary[a->n_vary++] = text;
+        return 0;
+    case BUDGET:
+        return ry_cli_count("--budget", "the number of candidates", text, 1, 100000, &a->budget);
     case ARGP_KEY_ARG: return ry_cli_single(&a->scene, text);
     case ARGP_KEY_END: return finish_arguments(a);
     default: return ARGP_ERR_UNKNOWN;
@@ -73,6 +83,10 @@ static const struct argp_option options[] = {
      "what the flux shall be: a relation (`ryusa relations' lists them), or a table with the columns "
      "theta and q_star (wong-parker)",
      0},
+    {"joint", JOINT, NULL, 0,
+     "fit alpha_m, alpha_cn, beta, restitution and friction together, and say which of them the data constrain", 0},
+    {"vary", VARY, "KEY=LOW:HIGH", 0, "the same with these constants; may be repeated", 0},
+    {"budget", BUDGET, "N", 0, "candidates of the joint fit (63 with five constants)", 0},
     {"set", 's', "KEY=VALUE", 0, "replace a value of the scene; may be repeated", 0},
     {"threads", 'j', "N", 0, "simulations at a time (as many as there are cores)", 0},
     {"resume", 'r', NULL, 0, "go on with what is missing", 0},
@@ -87,7 +101,7 @@ static const struct argp argp = {
     .args_doc = "SCENE.yaml",
     .doc =
         "Finds alpha_m, alpha_cn and beta of a movable bed in the four steps of Harada, Gotoh and Sakai "
-        "(docs/tune.md).\v"
+        "(docs/tune.md); or any constants together (--joint, --vary).\v"
         "Ctrl-C keeps what is done in OUT.h5.pieces; --resume goes on, also after a kill. "
         "postprocess/tune.py draws OUT.h5.",
 };
@@ -145,6 +159,10 @@ static int run(const arguments *a)
                                   .resume = a->resume,
                                   .force = a->force,
                                   .quick = a->quick,
+                                  .joint = a->joint,
+                                  .vary = a->vary,
+                                  .n_vary = a->n_vary,
+                                  .budget = a->budget,
                                   .write = print,
                                   .progress = on_progress,
                                   .stop = stop_asked,

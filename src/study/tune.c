@@ -20,8 +20,6 @@
 
 /* The lattice is watched for this many times sqrt(2 H/g), the time of a fall through its height. */
 #define FALLS 30.0
-#define BOOST 0.25
-enum { LONGEST_NAME = 60 };
 
 static const double alpha_m_full[] = {10, 14.1421, 20,  28.2843, 40, 56.5685,
                                       80, 113.137, 160, 226.274, 320};
@@ -33,150 +31,28 @@ static const double beta_quick[] = {0.5, 1, 4};
 enum { FULL_SETTLE_SEEDS = 6, FULL_FLUX_SEEDS = 4, FULL_THETAS = 6, QUICK_THETAS = 2 };
 #define COUNT(array) ((int)(sizeof(array) / sizeof(array)[0]))
 
-/* --- pieces of a step ----------------------------------------------------------------------------- */
-
-typedef struct batch {
-    ry_tune_run *run;
-    ry_tune_piece *piece;
-    const char *what;
-    int n, done, ran;
-    double started;
-    int *todo;
-} batch;
-
-static void tell(batch *b)
-{
-    const ry_tune_options *const wish = b->run->wish;
-    const int left = b->n - b->done;
-    const double per = b->ran > 0 ? (ry_clock() - b->started) / b->ran : NAN;
-    const ry_tune_progress p = {b->what, b->done, b->n, per * left};
-    if (wish->progress != NULL) {
-        wish->progress(wish->data, &p);
-    }
-}
-
-static int never(void *data)
-{
-    (void)data;
-    return 0;
-}
-
-static ry_status run_piece(void *data, int index, ry_error *error)
-{
-    batch *const b = data;
-    ry_tune_piece *const piece = &b->piece[b->todo[index]];
-    const ry_tune_options *const wish = b->run->wish;
-    RY_TRY(ry_tune_piece_run(piece, wish->stop != NULL ? wish->stop : never, wish->data, error));
-    ry_status status;
-#pragma omp critical
-    {
-        status = ry_tune_journal_add(b->run->journal, piece, error);
-        b->done++;
-        b->ran++;
-        tell(b);
-    }
-    return status;
-}
-
-static ry_status run_batch(ry_tune_run *run, const char *what, ry_tune_piece *piece, int n,
-                           ry_error *error)
-{
-    batch b = {.run = run, .piece = piece, .what = what, .n = n, .started = ry_clock()};
-    b.todo = ry_array((size_t)n, sizeof *b.todo);
-    if (b.todo == NULL) {
-        return ry_no_memory(error, (size_t)n * sizeof *b.todo);
-    }
-    int left = 0;
-    for (int k = 0; k < n; k++) {
-        if (piece[k].done || ry_tune_journal_find(run->journal, &piece[k])) {
-            b.done++;
-        } else {
-            b.todo[left++] = k;
-        }
-    }
-    run->kept += b.done;
-    tell(&b);
-    const ry_status status = ry_each(left, run->wish->threads, run_piece, &b, error);
-    free(b.todo);
-    return status;
-}
-
-static ry_tune_piece *new_pieces(ry_tune_run *run, int n, ry_error *error)
-{
-    ry_tune_piece *const set = ry_array((size_t)n, sizeof *set);
-    if (set == NULL) {
-        ry_no_memory(error, (size_t)n * sizeof *set);
-        return NULL;
-    }
-    run->piece[run->n_sets] = set;
-    run->n_piece[run->n_sets++] = n;
-    return set;
-}
-
-/* The scene with what this piece changes. One that is refused for its constants is done: its text
- * tells why. Called from one thread: reading units is not made for several. */
-static void make_config(const ry_tune_run *run, ry_tune_piece *piece, const char *const *changes,
-                        int n)
-{
-    ry_error own = {0};
-    if (ry_config_parse(&piece->config, run->base.text, run->base.path, changes, n, &own) !=
-        RY_OK) {
-        piece->status = RY_BAD_INPUT;
-        snprintf(piece->why, sizeof piece->why, "%.299s", own.text);
-        piece->why[strcspn(piece->why, "\n")] = '\0';
-        piece->done = 1;
-    }
-}
+/* --- steps 1 and 2: settling ---------------------------------------------------------------------- */
 
 typedef struct constants {
     double alpha_m, alpha_cn, beta;
 } constants;
 
-enum { CHANGES = 7 };
-typedef struct changes {
-    char text[CHANGES][LONGEST_NAME];
-    const char *list[CHANGES];
-    int n;
-} changes;
-
-static void change(changes *c, const char *key, double value)
+static ry_tune_changes change_constants(constants a, int seed)
 {
-    snprintf(c->text[c->n], LONGEST_NAME, "%s=%.10g", key, value);
-    c->list[c->n] = c->text[c->n];
-    c->n++;
+    ry_tune_changes c = {.n = 0};
+    ry_tune_change(&c, "contact.alpha_m", a.alpha_m);
+    ry_tune_change(&c, "contact.alpha_cn", a.alpha_cn);
+    ry_tune_change(&c, "contact.beta", a.beta);
+    ry_tune_change(&c, "grains.seed", seed);
+    return c;
 }
-
-static void change_constants(changes *c, constants a, int seed)
-{
-    c->n = 0;
-    change(c, "contact.alpha_m", a.alpha_m);
-    change(c, "contact.alpha_cn", a.alpha_cn);
-    change(c, "contact.beta", a.beta);
-    change(c, "grains.seed", seed);
-}
-
-static void name_piece(ry_tune_piece *piece, const char *kind, const changes *c)
-{
-    size_t used = (size_t)snprintf(piece->words, sizeof piece->words, "%s", kind);
-    for (int k = 0; k < c->n && used < sizeof piece->words; k++) {
-        used +=
-            (size_t)snprintf(piece->words + used, sizeof piece->words - used, " %s", c->text[k]);
-    }
-}
-
-/* --- steps 1 and 2: settling ---------------------------------------------------------------------- */
 
 static void make_settling(const ry_tune_run *run, ry_tune_piece *piece, constants a, int seed)
 {
-    changes c;
-    change_constants(&c, a, seed);
-    change(&c, "time.end", run->settle_window);
-    snprintf(c.text[c.n], LONGEST_NAME, "fluid.model=none");
-    c.list[c.n] = c.text[c.n];
-    c.n++;
-    piece->kind = RY_TUNE_SETTLE;
-    name_piece(piece, "settle", &c);
-    make_config(run, piece, c.list, c.n);
+    ry_tune_changes c = change_constants(a, seed);
+    ry_tune_change(&c, "time.end", run->settle_window);
+    ry_tune_change_word(&c, "fluid.model", "none");
+    ry_tune_make_piece(run, piece, RY_TUNE_SETTLE, &c);
 }
 
 static ry_status settle_all(ry_tune_run *run, ry_tune_settling *t, const char *what,
@@ -184,7 +60,7 @@ static ry_status settle_all(ry_tune_run *run, ry_tune_settling *t, const char *w
 {
     t->n = n;
     t->seeds = run->wish->quick ? 2 : FULL_SETTLE_SEEDS;
-    ry_tune_piece *const set = new_pieces(run, n * t->seeds, error);
+    ry_tune_piece *const set = ry_tune_new_pieces(run, n * t->seeds, error);
     if (set == NULL) {
         return error->status;
     }
@@ -199,7 +75,7 @@ static ry_status settle_all(ry_tune_run *run, ry_tune_settling *t, const char *w
             make_settling(run, &set[k * t->seeds + s], a, run->base.grains_seed + s);
         }
     }
-    RY_TRY(run_batch(run, what, set, n * t->seeds, error));
+    RY_TRY(ry_tune_run_batch(run, what, set, n * t->seeds, error));
     return ry_tune_choose(t, error);
 }
 
@@ -218,31 +94,14 @@ static ry_status settle_both(ry_tune_run *run, ry_error *error)
 
 /* --- steps 3 and 4: flux -------------------------------------------------------------------------- */
 
-static void make_flux(const ry_tune_run *run, ry_tune_piece *piece, constants a, int i, int seed)
-{
-    changes c;
-    change_constants(&c, a, seed);
-    change(&c, "fluid.shields", run->fit.theta[i]);
-    if (run->wish->quick) {
-        const double start = 0.5 * run->base.time_settle;
-        const double rest = run->base.time_end - run->base.time_settle - BOOST;
-        change(&c, "time.settle", start);
-        change(&c, "time.end", start + BOOST + 0.05 * rest);
-    }
-    piece->kind = RY_TUNE_FLUX;
-    piece->goal = 0.02;
-    piece->target = run->fit.target[i];
-    name_piece(piece, "flux", &c);
-    make_config(run, piece, c.list, c.n);
-}
-
 static void fill_flux(const ry_tune_run *run, ry_tune_flux *f, ry_tune_piece *set, constants a)
 {
     f->beta = a.beta;
     f->piece = set;
     for (int i = 0; i < run->fit.n_theta; i++) {
         for (int s = 0; s < run->fit.seeds; s++) {
-            make_flux(run, &set[i * run->fit.seeds + s], a, i, run->base.grains_seed + s);
+            ry_tune_changes c = change_constants(a, run->base.grains_seed + s);
+            ry_tune_make_flux(run, &set[i * run->fit.seeds + s], &c, i);
         }
     }
 }
@@ -253,6 +112,31 @@ static constants ours(const ry_tune_run *run, double beta)
                        run->damping.candidate[run->damping.ours].value, beta};
 }
 
+/* Around the best beta of the grid the misfit is looked at more closely. */
+static ry_status run_around(ry_tune_run *run, int per, ry_error *error)
+{
+    static const double full[] = {0.63, 0.794, 1.26, 1.587}, quick[] = {0.707, 1.414};
+    const double *const factor = run->wish->quick ? quick : full;
+    const int n = run->wish->quick ? COUNT(quick) : COUNT(full);
+    ry_tune_fit *const fit = &run->fit;
+    const double best = fit->grid[ry_tune_best_of_grid(fit)].beta;
+    ry_tune_piece *const set = ry_tune_new_pieces(run, n * per, error);
+    if (set == NULL) {
+        return error->status;
+    }
+    const int grid = fit->n_beta;
+    for (int k = 0; k < n; k++) {
+        const double beta = best * factor[k];
+        if (beta >= fit->grid[0].beta && beta <= fit->grid[grid - 1].beta) {
+            const int place = fit->n_beta - grid;
+            fill_flux(run, &fit->grid[fit->n_beta++], &set[place * per], ours(run, beta));
+        }
+    }
+    RY_TRY(ry_tune_run_batch(run, "step 4 of 4: flux around the best beta", set, (fit->n_beta - grid) * per,
+                             error));
+    return ry_tune_fit_beta(fit, error);
+}
+
 static ry_status run_fluxes(ry_tune_run *run, ry_error *error)
 {
     ry_tune_fit *const fit = &run->fit;
@@ -260,7 +144,7 @@ static ry_status run_fluxes(ry_tune_run *run, ry_error *error)
     const int per = fit->n_theta * (fit->seeds = run->wish->quick ? 1 : FULL_FLUX_SEEDS);
     fit->n_beta = run->wish->quick ? COUNT(beta_quick) : COUNT(beta_full);
     const int all = per * (fit->n_beta + 1);
-    ry_tune_piece *const set = new_pieces(run, all, error);
+    ry_tune_piece *const set = ry_tune_new_pieces(run, all, error);
     if (set == NULL) {
         return error->status;
     }
@@ -269,8 +153,9 @@ static ry_status run_fluxes(ry_tune_run *run, ry_error *error)
     }
     fill_flux(run, &fit->his, &set[fit->n_beta * per],
               (constants){RY_TUNE_HIS_ALPHA_M, RY_TUNE_HIS_ALPHA_CN, RY_TUNE_HIS_BETA});
-    RY_TRY(run_batch(run, "steps 3 and 4 of 4: flux by beta", set, all, error));
+    RY_TRY(ry_tune_run_batch(run, "steps 3 and 4 of 4: flux by beta", set, all, error));
     RY_TRY(ry_tune_fit_beta(fit, error));
+    RY_TRY(run_around(run, per, error));
     ry_tune_take_flux(fit, &fit->his);
     return RY_OK;
 }
@@ -280,7 +165,7 @@ static ry_status run_best(ry_tune_run *run, ry_error *error)
 {
     ry_tune_fit *const fit = &run->fit;
     const int n = fit->n_theta * fit->seeds;
-    ry_tune_piece *const set = new_pieces(run, n, error);
+    ry_tune_piece *const set = ry_tune_new_pieces(run, n, error);
     char rounded[30];
     if (set == NULL) {
         return error->status;
@@ -288,7 +173,7 @@ static ry_status run_best(ry_tune_run *run, ry_error *error)
     snprintf(rounded, sizeof rounded, "%.3g", fit->beta);
     fit->beta = strtod(rounded, NULL);
     fill_flux(run, &fit->best, set, ours(run, fit->beta));
-    RY_TRY(run_batch(run, "step 4 of 4: flux at the best beta", set, n, error));
+    RY_TRY(ry_tune_run_batch(run, "step 4 of 4: flux at the best beta", set, n, error));
     ry_tune_take_flux(fit, &fit->best);
     return RY_OK;
 }
@@ -319,12 +204,12 @@ static ry_status check_scene(const ry_tune_run *run, ry_error *error)
         return ry_fail(error, RY_BAD_INPUT, "%s: domain.gravity: a bed settles by gravity; it is 0",
                        path);
     }
-    if (!(c->time_end >= c->time_settle + BOOST + 0.1)) {
+    if (!(c->time_end >= c->time_settle + RY_TUNE_BOOST + 0.1)) {
         return ry_fail(
             error, RY_BAD_INPUT,
             "%s: time.end: %g s leaves no time for a flux after time.settle and the start "
             "from motion; allowed is at least %g s",
-            path, c->time_end, c->time_settle + BOOST + 0.1);
+            path, c->time_end, c->time_settle + RY_TUNE_BOOST + 0.1);
     }
     return RY_OK;
 }
@@ -361,20 +246,29 @@ static ry_status choose_thetas(ry_tune_run *run, ry_error *error)
                          target->name, low, high);
 }
 
-/* One word for everything that the pieces depend on. */
+static uint64_t mix(uint64_t hash, const void *data, size_t size)
+{
+    const unsigned char *const bytes = data;
+    for (size_t k = 0; k < size; k++) {
+        hash = (hash ^ bytes[k]) * 1099511628211u;
+    }
+    return hash;
+}
+
+/* One word for everything that the pieces depend on; more --budget uses those that are there. */
 static ry_status open_journal(ry_tune_run *run, ry_error *error)
 {
-    uint64_t hash = 1469598103934665603u;
-    for (const char *c = run->base.text; *c != '\0'; c++) {
-        hash = (hash ^ (unsigned char)*c) * 1099511628211u;
+    const ry_tune_fit *const fit = &run->fit;
+    uint64_t hash = mix(1469598103934665603u, run->base.text, strlen(run->base.text));
+    for (int i = 0; i < fit->n_theta; i++) {
+        hash = mix(hash, &fit->theta[i], sizeof(double));
+        hash = mix(hash, &fit->target[i], sizeof(double));
     }
-    for (int i = 0; i < run->fit.n_theta; i++) {
-        unsigned char bytes[2 * sizeof(double)];
-        memcpy(bytes, &run->fit.theta[i], sizeof(double));
-        memcpy(bytes + sizeof(double), &run->fit.target[i], sizeof(double));
-        for (size_t k = 0; k < sizeof bytes; k++) {
-            hash = (hash ^ bytes[k]) * 1099511628211u;
-        }
+    for (int k = 0; k < run->joint.n_axes; k++) {
+        const ry_tune_axis *const axis = &run->joint.axis[k];
+        hash = mix(hash, axis->path, strlen(axis->path));
+        hash = mix(hash, &axis->low, sizeof(double));
+        hash = mix(hash, &axis->high, sizeof(double));
     }
     char mark[100];
     snprintf(mark, sizeof mark, "ryusa tune %s %s %016llx", ry_version(),
@@ -412,6 +306,7 @@ static ry_status prepare(ry_tune_run *run, ry_error *error)
     const ry_tune_options *const w = run->wish;
     RY_TRY(ry_config_load(&run->base, w->scene, w->overrides, w->n_overrides, error));
     RY_TRY(check_scene(run, error));
+    RY_TRY(ry_tune_joint_read(run, error));
     RY_TRY(ry_target_open(&run->target, w->target, error));
     RY_TRY(choose_thetas(run, error));
     RY_TRY(check_outputs(run, error));
@@ -426,12 +321,17 @@ static ry_status prepare(ry_tune_run *run, ry_error *error)
 static ry_status tune(ry_tune_run *run, ry_error *error)
 {
     RY_TRY(prepare(run, error));
-    RY_TRY(settle_both(run, error));
-    RY_TRY(run_fluxes(run, error));
-    RY_TRY(run_best(run, error));
+    const int joint = run->joint.n_axes > 0;
+    if (joint) {
+        RY_TRY(ry_tune_joint_fit(run, error));
+    } else {
+        RY_TRY(settle_both(run, error));
+        RY_TRY(run_fluxes(run, error));
+        RY_TRY(run_best(run, error));
+    }
     RY_TRY(ry_tune_write_scene(run, error));
     RY_TRY(ry_tune_write_file(run, error));
-    ry_tune_report(run);
+    (joint ? ry_tune_report_joint : ry_tune_report)(run);
     return RY_OK;
 }
 
@@ -447,6 +347,7 @@ static void release(ry_tune_run *run, int forget)
     }
     ry_tune_journal_close(run->journal, forget);
     ry_target_free(&run->target);
+    free(run->joint.sample);
     ry_config_free(&run->base);
     free(run->yaml_path);
 }

@@ -2,7 +2,8 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * Harada, Gotoh & Sakai's way to the constants of a movable bed, automated: alpha_m and alpha_cn
- * from settling lattices, then beta from the flux against a target (docs/tune.md). */
+ * from settling lattices, then beta from the flux against a target; or any constants together
+ * (docs/tune.md). */
 #ifndef RY_STUDY_TUNE_H
 #define RY_STUDY_TUNE_H
 
@@ -24,6 +25,10 @@ typedef struct ry_tune_options {
     int threads; /* simulations at a time, 0: as many as there are cores */
     int resume, force;
     int quick;                                   /* a few candidates, short runs: to try it out */
+    int joint; /* fit constants together instead of in four steps: `vary`, or the usual five */
+    const char *const *vary; /* "contact.friction=0.2:0.8" */
+    int n_vary;
+    int budget; /* candidates of the joint fit; 0: three for each term of its surfaces */
     void (*write)(void *data, const char *text); /* the report, piece by piece */
     void (*progress)(void *data,
                      const ry_tune_progress *progress); /* never from two threads at once */

@@ -150,21 +150,28 @@ static void write_flux(const writer *w, const ry_tune_flux *f, const char *group
     ry_table_file_set_text(w->file, group, "failure", f->good ? "" : f->piece[0].why);
 }
 
-static void write_fit(const writer *w)
+static void write_target(const writer *w)
 {
     const ry_tune_fit *const fit = &w->run->fit;
     double reachable[RY_TUNE_THETAS];
-    char group[40];
     for (int i = 0; i < fit->n_theta; i++) {
         reachable[i] = fit->reachable[i];
     }
     numbers(w, "flux", "theta", "1", "Shields number tau_b/((rho_s - rho_f) g d)", fit->n_theta,
             fit->theta);
     numbers(w, "flux", "target", "1", "q* of the target", fit->n_theta, fit->target);
-    numbers(w, "flux", "reachable", "1", "1: some beta comes within 25 % of the target",
+    numbers(w, "flux", "reachable", "1", "1: something that was run comes within 25 % of the target",
             fit->n_theta, reachable);
+    ry_table_file_set_number(w->file, "flux", "spread_between_seeds", fit->spread);
+}
+
+static void write_fit(const writer *w)
+{
+    const ry_tune_fit *const fit = &w->run->fit;
+    char group[40];
+    write_target(w);
     numbers(w, "misfit", "beta", "1", "", RY_TUNE_FINE, fit->fine_beta);
-    numbers(w, "misfit", "misfit", "1", "sum of [ln(q*/target)]^2 over its variance", RY_TUNE_FINE,
+    numbers(w, "misfit", "misfit", "1", "sum of [ln(q*/target)]^2/V + ln(V/V0), smoothed", RY_TUNE_FINE,
             fit->fine_misfit);
     for (int b = 0; b < fit->n_beta; b++) {
         snprintf(group, sizeof group, "flux/beta-%d", b);
@@ -177,7 +184,95 @@ static void write_fit(const writer *w)
     ry_table_file_set_number(w->file, "misfit", "high", fit->high);
     ry_table_file_set_number(w->file, "misfit", "identifiable", fit->identifiable);
     ry_table_file_set_number(w->file, "misfit", "contrast", fit->contrast);
-    ry_table_file_set_number(w->file, "flux", "spread_between_seeds", fit->spread);
+}
+
+/* --- the joint fit --- */
+
+static void write_samples(const writer *w, int axis_or_theta, int is_axis, int is_error, double *values)
+{
+    const ry_tune_joint *const j = &w->run->joint;
+    for (int k = 0; k < j->n; k++) {
+        const ry_tune_flux *const f = &j->sample[k].flux;
+        values[k] = is_axis     ? ry_tune_axis_value(&j->axis[axis_or_theta], j->sample[k].x[axis_or_theta])
+                    : !f->good  ? NAN
+                    : is_error ? f->error[axis_or_theta]
+                                : f->q[axis_or_theta];
+    }
+}
+
+static void write_profiles(const writer *w)
+{
+    const ry_tune_joint *const j = &w->run->joint;
+    const ry_verdict *const v = &j->verdict;
+    double values[RY_TUNE_SETS], rise[RY_RESPONSE_PROFILE];
+    for (int a = 0; a < j->n_axes; a++) {
+        char group[100];
+        snprintf(group, sizeof group, "joint/%s", j->axis[a].path);
+        write_samples(w, a, 1, 0, values);
+        numbers(w, group, "candidates", "1", "its value in each candidate, SI", j->n, values);
+        for (int k = 0; k < RY_RESPONSE_PROFILE; k++) {
+            values[k] = ry_tune_axis_value(&j->axis[a], -1.0 + 2.0 * k / (RY_RESPONSE_PROFILE - 1));
+            rise[k] = v->profile[a][k] - v->misfit;
+        }
+        numbers(w, group, "value", "1", "where the profile is taken, SI", RY_RESPONSE_PROFILE, values);
+        numbers(w, group, "profile", "1", "least misfit with this value, over the least of all", RY_RESPONSE_PROFILE,
+                rise);
+        ry_table_file_set_number(w->file, group, "lower_bound", j->axis[a].low);
+        ry_table_file_set_number(w->file, group, "upper_bound", j->axis[a].high);
+        ry_table_file_set_number(w->file, group, "best", j->best[a]);
+        ry_table_file_set_number(w->file, group, "low", j->low[a]);
+        ry_table_file_set_number(w->file, group, "high", j->high[a]);
+    }
+}
+
+static void write_joint(const writer *w)
+{
+    const ry_tune_joint *const j = &w->run->joint;
+    const ry_verdict *const v = &j->verdict;
+    double values[RY_TUNE_SETS], flat[RY_RESPONSE_INPUTS], cross[RY_RESPONSE_OUTPUTS], unfit[RY_RESPONSE_OUTPUTS];
+    char group[40];
+    write_profiles(w);
+    for (int i = 0; i < w->run->fit.n_theta; i++) {
+        snprintf(group, sizeof group, "joint/theta-%d", i);
+        write_samples(w, i, 0, 0, values);
+        numbers(w, group, "q_star", "1", "of each candidate, mean over seeds; NAN: it could not be run", j->n, values);
+        write_samples(w, i, 0, 1, values);
+        numbers(w, group, "q_star_standard_error", "1", "its standard error, seeds included", j->n, values);
+        numbers(w, group, "surface", "1", "coefficients of ln(q*/target): 1, x_i, x_i x_j with i <= j",
+                j->aim.response[i].terms, j->aim.response[i].coefficient);
+        cross[i] = j->aim.response[i].cross;
+        unfit[i] = j->aim.response[i].unfit;
+    }
+    numbers(w, "joint", "left_out", "1", "rms of what left-out candidates are off the surface, for each theta",
+            w->run->fit.n_theta, cross);
+    numbers(w, "joint", "unfit", "1", "what candidates are off the surface beyond their errors", w->run->fit.n_theta,
+            unfit);
+    for (int d = 0; d < j->n_axes; d++) {
+        snprintf(group, sizeof group, "joint/direction-%d", d);
+        numbers(w, group, "vector", "1", "unit vector in x: ln of each constant, -1 to 1 between its bounds", j->n_axes,
+                v->vector[d]);
+        flat[d] = v->flat[d];
+    }
+    numbers(w, "joint", "information", "1", "eigenvalues of the Fisher information in x, of each direction", j->n_axes,
+            v->value);
+    numbers(w, "joint", "rise", "1", "of the misfit along each direction, within the bounds", j->n_axes, v->rise);
+    numbers(w, "joint", "flat", "1", "1: the direction is not identifiable", j->n_axes, flat);
+    ry_table_file_set_number(w->file, "joint", "threshold", v->threshold);
+    ry_table_file_set_number(w->file, "joint", "chi2", v->chi2);
+    ry_table_file_set_number(w->file, "joint", "candidates", j->n);
+    ry_table_file_set_number(w->file, "joint", "candidates_of_use", j->good);
+}
+
+static void write_joint_flux(const writer *w)
+{
+    char keys[400] = "";
+    for (int k = 0; k < w->run->joint.n_axes; k++) {
+        const size_t used = strlen(keys);
+        snprintf(keys + used, sizeof keys - used, "%s%s", k > 0 ? "," : "", w->run->joint.axis[k].path);
+    }
+    ry_table_file_set_text(w->file, "/", "varied", keys);
+    write_target(w);
+    write_flux(w, &w->run->fit.best, "flux/best", "the best constants");
 }
 
 ry_status ry_tune_write_file(const ry_tune_run *run, ry_error *error)
@@ -187,12 +282,17 @@ ry_status ry_tune_write_file(const ry_tune_run *run, ry_error *error)
     ry_table_file_set_text(w.file, "/", "title", run->base.title);
     ry_table_file_set_text(w.file, "/", "target", run->target.name);
     ry_table_file_set_text(w.file, "/", "scene_text", run->base.text);
+    ry_table_file_set_number(w.file, "/", "quick", run->wish->quick);
+    if (run->joint.n_axes > 0) {
+        write_joint_flux(&w);
+        write_joint(&w);
+        return ry_table_file_finish(w.file, error);
+    }
     ry_table_file_set_number(w.file, "/", "alpha_m",
                              run->stiffness.candidate[run->stiffness.ours].value);
     ry_table_file_set_number(w.file, "/", "alpha_cn",
                              run->damping.candidate[run->damping.ours].value);
     ry_table_file_set_number(w.file, "/", "beta", run->fit.beta);
-    ry_table_file_set_number(w.file, "/", "quick", run->wish->quick);
     write_settling(&w, &run->stiffness);
     write_settling(&w, &run->damping);
     write_fit(&w);
@@ -203,15 +303,17 @@ ry_status ry_tune_write_file(const ry_tune_run *run, ry_error *error)
  * knows ("# -s key=value"). */
 ry_status ry_tune_write_scene(const ry_tune_run *run, ry_error *error)
 {
-    char alpha_m[60], alpha_cn[60], beta[60];
-    snprintf(alpha_m, sizeof alpha_m, "contact.alpha_m=%.6g",
-             run->stiffness.candidate[run->stiffness.ours].value);
-    snprintf(alpha_cn, sizeof alpha_cn, "contact.alpha_cn=%.6g",
-             run->damping.candidate[run->damping.ours].value);
-    snprintf(beta, sizeof beta, "contact.beta=%.6g", run->fit.beta);
-    const char *const changes[] = {alpha_m, alpha_cn, beta};
+    ry_tune_changes c = {.n = 0};
+    for (int k = 0; k < run->joint.n_axes; k++) {
+        ry_tune_change(&c, run->joint.axis[k].path, run->joint.best[k]);
+    }
+    if (run->joint.n_axes == 0) {
+        ry_tune_change(&c, "contact.alpha_m", run->stiffness.candidate[run->stiffness.ours].value);
+        ry_tune_change(&c, "contact.alpha_cn", run->damping.candidate[run->damping.ours].value);
+        ry_tune_change(&c, "contact.beta", run->fit.beta);
+    }
     ry_config tuned;
-    RY_TRY(ry_config_parse(&tuned, run->base.text, run->base.path, changes, 3, error));
+    RY_TRY(ry_config_parse(&tuned, run->base.text, run->base.path, c.list, c.n, error));
     char *const text =
         ry_text_print("# Tuned against %s%s; the constants are in the last lines.\n%s\n",
                       run->target.name, run->wish->quick ? " (--quick)" : "", tuned.text);

@@ -56,7 +56,8 @@ static ry_status read_old(ry_tune_journal *j, const char *mark, int resume, int 
     if (!take_text(j, mark)) {
         return ry_fail(
             error, RY_BAD_INPUT,
-            "%s: the scene, the target or the program has changed since; --force begins anew",
+            "%s: the scene, the target, --vary, --quick or the program has changed since; give them as they "
+            "were, or --force begins anew",
             j->path);
     }
     return RY_OK;

@@ -12,8 +12,6 @@
 #include "base/memory.h"
 #include "study/tune_private.h"
 
-/* The start from motion: 0.25 s at a higher stress (docs/physics.md); its samples are no flux. */
-#define BOOST 0.25
 /* The flux is looked at when this time has passed since the boost, then at times this factor apart. */
 #define FIRST_LOOK 1.0
 #define LOOK_FACTOR 1.4
@@ -183,7 +181,7 @@ static ry_status flux(ry_tune_piece *piece, ry_sim *sim, ry_tune_stop *stop, voi
                       ry_error *error)
 {
     const ry_derived q = ry_config_derive(&piece->config);
-    const long long start = q.steps_settle + llround(BOOST / piece->config.time_step);
+    const long long start = q.steps_settle + llround(RY_TUNE_BOOST / piece->config.time_step);
     double *const series = ry_array((size_t)(q.steps_end / q.steps_series + 1), sizeof(double));
     piece->value = ry_array(RY_TUNE_FLUX_VALUES, sizeof(double));
     piece->n = RY_TUNE_FLUX_VALUES;

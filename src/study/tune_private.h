@@ -6,12 +6,15 @@
 #ifndef RY_STUDY_TUNE_PRIVATE_H
 #define RY_STUDY_TUNE_PRIVATE_H
 
+#include "analysis/replicas.h"
+#include "analysis/response.h"
 #include "analysis/target.h"
 #include "study/tune.h"
 
 enum {
     RY_TUNE_CANDIDATES = 12, /* of alpha_m or alpha_cn, at most */
-    RY_TUNE_BETAS = 10,
+    RY_TUNE_BETAS = 12, /* the grid and what is added around its best */
+    RY_TUNE_SETS = 400, /* of constants whose flux is found, at most */
     RY_TUNE_THETAS = 8,
     RY_TUNE_SEEDS = 6,
     RY_TUNE_FINE = 121 /* values of beta at which the misfit is tabulated */
@@ -23,6 +26,8 @@ enum {
 #define RY_TUNE_HIS_BETA 15.8
 /* Within this part of the target it counts as met. */
 #define RY_TUNE_GOAL 0.25
+/* The start from motion: 0.25 s at a higher stress (docs/physics.md); its samples are no flux [s]. */
+#define RY_TUNE_BOOST 0.25
 /* Ours for alpha_m: overlap that the softest spring may have in the settled bed, in d. */
 #define RY_TUNE_OVERLAP 0.01
 
@@ -45,7 +50,7 @@ enum { RY_TUNE_Q, RY_TUNE_Q_ERROR, RY_TUNE_TAU, RY_TUNE_END, RY_TUNE_FLUX_VALUES
 
 typedef struct ry_tune_piece {
     ry_tune_kind kind;
-    char words[200]; /* what it is; its name in the journal */
+    char words[500]; /* what it is; its name in the journal */
     ry_config config;
     double goal; /* of a flux: a standard error below this part of the target is enough */
     double target;
@@ -130,10 +135,43 @@ typedef struct ry_tune_fit {
 
 /* Means and errors of the grid, then the best beta; RY_UNPHYSICAL if no beta is good. */
 ry_status ry_tune_fit_beta(ry_tune_fit *fit, ry_error *error);
-/* The same for one more set of runs, once the spread is known. */
+/* The beta of the grid with the least misfit. */
+int ry_tune_best_of_grid(const ry_tune_fit *fit);
+
+/* What beds differ by, over these sets: fit->spread. Then the means of a set, with their errors. */
+void ry_tune_pool(ry_tune_fit *fit, int n, const ry_tune_flux *const *set);
 void ry_tune_take_flux(const ry_tune_fit *fit, ry_tune_flux *flux);
-/* ln of q* over the target, bounded: a bed at rest is ten times too slow. */
+void ry_tune_find_reach(ry_tune_fit *fit, int n, const ry_tune_flux *const *set);
+/* ln of q* over the target, bounded: a bed at rest is ten times too slow; and its standard error. */
 double ry_tune_ratio(double q, double target);
+double ry_tune_ratio_error(const ry_tune_fit *fit, const ry_tune_flux *flux, int i);
+/* How well ln q* at a theta is to meet ln target: error of the target, and of the beds that all share. */
+double ry_tune_aim_variance(const ry_tune_fit *fit, int i);
+
+/* --- the joint fit --- */
+
+typedef struct ry_tune_axis {
+    int key;
+    char path[60];
+    double low, high;
+} ry_tune_axis;
+
+typedef struct ry_tune_sample {
+    double x[RY_RESPONSE_INPUTS]; /* -1..1: ln of the constant between its bounds */
+    ry_tune_flux flux;
+} ry_tune_sample;
+
+typedef struct ry_tune_joint {
+    int n_axes, budget, first, n, good; /* samples: all, over the whole box, made, of use */
+    ry_tune_axis axis[RY_RESPONSE_INPUTS];
+    ry_tune_sample *sample; /* owned */
+    ry_aim aim;
+    ry_verdict verdict;
+    double best[RY_RESPONSE_INPUTS], low[RY_RESPONSE_INPUTS], high[RY_RESPONSE_INPUTS];
+} ry_tune_joint;
+
+/* The constant that x stands for. */
+double ry_tune_axis_value(const ry_tune_axis *axis, double x);
 
 /* --- the whole --- */
 
@@ -145,6 +183,7 @@ typedef struct ry_tune_run {
     ry_tune_journal *journal;
     ry_tune_settling stiffness, damping;
     ry_tune_fit fit;
+    ry_tune_joint joint; /* n_axes 0: the four steps instead */
     ry_tune_piece *piece[8]; /* owned sets, and how many are in each */
     int n_piece[8], n_sets;
     char *yaml_path;
@@ -152,8 +191,43 @@ typedef struct ry_tune_run {
     int kept; /* pieces that were in the journal */
 } ry_tune_run;
 
+/* Reads --vary and --budget into run->joint, checked. */
+ry_status ry_tune_joint_read(ry_tune_run *run, ry_error *error);
+/* Runs the samples, fits, runs the best. */
+ry_status ry_tune_joint_fit(ry_tune_run *run, ry_error *error);
+
+/* --- sets of pieces --- */
+
+enum { RY_TUNE_CHANGES = 12 };
+typedef struct ry_tune_changes {
+    char text[RY_TUNE_CHANGES][80];
+    const char *list[RY_TUNE_CHANGES];
+    int n;
+} ry_tune_changes;
+
+void ry_tune_change(ry_tune_changes *c, const char *key, double value);
+void ry_tune_change_word(ry_tune_changes *c, const char *key, const char *word);
+/* From one thread only: reading units is not made for several. */
+void ry_tune_make_piece(const ry_tune_run *run, ry_tune_piece *piece, ry_tune_kind kind,
+                        ry_tune_changes *c);
+/* The flux at fit.theta[i] with these changes. */
+void ry_tune_make_flux(const ry_tune_run *run, ry_tune_piece *piece, ry_tune_changes *c, int i);
+/* A set that the run owns; NULL: no memory. */
+ry_tune_piece *ry_tune_new_pieces(ry_tune_run *run, int n, ry_error *error);
+ry_status ry_tune_run_batch(ry_tune_run *run, const char *what, ry_tune_piece *piece, int n,
+                            ry_error *error);
+
+/* --- what is left --- */
+
 ry_status ry_tune_write_file(const ry_tune_run *run, ry_error *error);
 ry_status ry_tune_write_scene(const ry_tune_run *run, ry_error *error);
 void ry_tune_report(const ry_tune_run *run);
+void ry_tune_report_joint(const ry_tune_run *run);
+/* The lines of a report, shared by both. */
+void ry_tune_say(const ry_tune_run *run, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void ry_tune_report_head(const ry_tune_run *run);
+void ry_tune_report_flux(const ry_tune_run *run, const ry_tune_flux *flux, const char *name);
+void ry_tune_report_theta(const ry_tune_run *run);
+void ry_tune_report_reach(const ry_tune_run *run, const char *what);
 
 #endif

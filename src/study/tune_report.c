@@ -12,9 +12,9 @@
 
 static const double pi = 3.14159265358979323846;
 
-static void say(const ry_tune_run *run, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-static void say(const ry_tune_run *run, const char *format, ...)
+#define say ry_tune_say
+
+void ry_tune_say(const ry_tune_run *run, const char *format, ...)
 {
     char text[1000];
     va_list list;
@@ -129,7 +129,7 @@ static void report_settling(const ry_tune_run *run)
 
 /* --- flux --- */
 
-static void flux_row(const ry_tune_run *run, const ry_tune_flux *f, const char *name)
+void ry_tune_report_flux(const ry_tune_run *run, const ry_tune_flux *f, const char *name)
 {
     if (!f->good) {
         const char *const why = strstr(f->piece[0].why, "contact.");
@@ -147,10 +147,9 @@ static void flux_row(const ry_tune_run *run, const ry_tune_flux *f, const char *
     say(run, "\n");
 }
 
-static void flux_table(const ry_tune_run *run)
+void ry_tune_report_theta(const ry_tune_run *run)
 {
     const ry_tune_fit *const fit = &run->fit;
-    char name[30];
     say(run, "  theta   ");
     for (int i = 0; i < fit->n_theta; i++) {
         say(run, "  %9.3g", fit->theta[i]);
@@ -160,15 +159,22 @@ static void flux_table(const ry_tune_run *run)
         say(run, "  %9.3g", fit->target[i]);
     }
     say(run, "\n");
-    for (int b = 0; b < fit->n_beta; b++) {
-        snprintf(name, sizeof name, "b=%.3g", fit->grid[b].beta);
-        flux_row(run, &fit->grid[b], name);
-    }
-    flux_row(run, &fit->best, "best");
-    flux_row(run, &fit->his, "Harada's");
 }
 
-static void report_reach(const ry_tune_run *run)
+static void flux_table(const ry_tune_run *run)
+{
+    const ry_tune_fit *const fit = &run->fit;
+    char name[30];
+    ry_tune_report_theta(run);
+    for (int b = 0; b < fit->n_beta; b++) {
+        snprintf(name, sizeof name, "b=%.3g", fit->grid[b].beta);
+        ry_tune_report_flux(run, &fit->grid[b], name);
+    }
+    ry_tune_report_flux(run, &fit->best, "best");
+    ry_tune_report_flux(run, &fit->his, "Harada's");
+}
+
+void ry_tune_report_reach(const ry_tune_run *run, const char *what)
 {
     const ry_tune_fit *const fit = &run->fit;
     int met = 0;
@@ -180,8 +186,7 @@ static void report_reach(const ry_tune_run *run)
         if (!within && fit->best.good) {
             say(run, "  theta = %-6.3g %+5.0f %% (+- %.0f) of the target: %s\n", fit->theta[i], off,
                 error,
-                fit->reachable[i] ? "another beta meets it, not this one"
-                                  : "OUT OF REACH of the model, whatever beta");
+                fit->reachable[i] ? what : "OUT OF REACH of the model, whatever was run");
         }
     }
     say(run, "  within 25 %% of the target at %d of %d Shields numbers%s\n", met, fit->n_theta,
@@ -191,14 +196,14 @@ static void report_reach(const ry_tune_run *run)
 static void report_beta(const ry_tune_run *run)
 {
     const ry_tune_fit *const fit = &run->fit;
-    say(run, "\n4. beta: misfit = sum of [ln(q*/target)]^2 over its variance\n  ");
+    say(run, "\n4. beta: misfit = sum of [ln(q*/target)]^2/V + ln(V/V0), smoothed over beta\n  ");
     for (int b = 0; b < fit->n_beta; b++) {
         if (fit->grid[b].good) {
             say(run, "%.3g: %.1f   ", fit->grid[b].beta, fit->grid[b].misfit);
         }
     }
     say(run,
-        "\n  best beta = %.3g, 95 %% %.3g to %.3g (resampled within the errors); theirs 15.8\n",
+        "\n  best beta = %.3g, 95 %% %.3g to %.3g; theirs 15.8\n",
         fit->beta, fit->low, fit->high);
     if (!fit->identifiable) {
         say(run,
@@ -209,7 +214,7 @@ static void report_beta(const ry_tune_run *run)
         say(run,
             "  it lies at the edge of what was run: the target pulls beyond that, don't trust it\n");
     }
-    report_reach(run);
+    ry_tune_report_reach(run, "another beta meets it, not this one");
 }
 
 static void report_confounding(const ry_tune_run *run)
@@ -251,9 +256,8 @@ static void report_difference(const ry_tune_run *run)
         least);
 }
 
-void ry_tune_report(const ry_tune_run *run)
+void ry_tune_report_head(const ry_tune_run *run)
 {
-    const ry_tune_fit *const fit = &run->fit;
     say(run, "%s: %s\n", run->base.path, run->base.title);
     if (run->target.relation != NULL) {
         say(run, "target  %s: %s %d\n", run->target.name, run->target.relation->authors,
@@ -264,6 +268,12 @@ void ry_tune_report(const ry_tune_run *run)
     say(run,
         "        theta = tau_b/((rho_s - rho_f) g d); q* = q_b/sqrt((s-1) g d^3), sphere volumes in a\n"
         "        slab of width d\n");
+}
+
+void ry_tune_report(const ry_tune_run *run)
+{
+    const ry_tune_fit *const fit = &run->fit;
+    ry_tune_report_head(run);
     report_settling(run);
     say(run, "\n3. flux: q*, from motion, the same %d packing%s for each", fit->seeds,
         fit->seeds == 1 ? "" : "s");
