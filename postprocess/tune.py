@@ -3,7 +3,8 @@
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """Figures 2 to 5 of Harada, Gotoh and Sakai, from ryusa tune: how a lattice settles by alpha_m and by
 alpha_cn, the flux at beta = 1, and the flux at the best beta beside the misfit over beta; our optimum
-and theirs (20.0, 1.3, 15.8) marked."""
+and theirs (20.0, 1.3, 15.8) marked. Of a joint fit: the misfit over each constant, the directions that the
+data see and those they don't, and the flux."""
 from pathlib import Path
 
 import h5py
@@ -38,6 +39,24 @@ class Settling:
         return np.arange(len(self.curve[k])) * self.curve_spacing_s
 
 
+class Joint:
+    """The joint fit of some constants."""
+
+    def __init__(self, file):
+        self.keys = text_of(file.attrs["varied"]).split(",")
+        joint = file["joint"]
+        self.threshold = float(joint.attrs["threshold"])
+        self.axis = {key: {**{name: float(joint[key].attrs[name]) for name in
+                              ("lower_bound", "upper_bound", "best", "low", "high")},
+                           "value": joint[key + "/value"][()], "profile": joint[key + "/profile"][()]}
+                     for key in self.keys}
+        self.information, self.rise, self.flat = (joint[name][()] for name in ("information", "rise", "flat"))
+        half = np.array([0.5 * np.log(a["upper_bound"] / a["lower_bound"]) for a in self.axis.values()])
+        vectors = np.array([joint[f"direction-{d}/vector"][()] for d in range(len(self.keys))])
+        powers = vectors * half
+        self.power = powers / np.take_along_axis(powers, np.abs(powers).argmax(axis=1)[:, None], axis=1)
+
+
 class Tuning:
     """What OUT.h5 of ryusa tune holds."""
 
@@ -55,14 +74,17 @@ class Tuning:
         if text_of(file.attrs.get("program", "")) != "ryusa tune":
             raise ResultError(f"{self.path}: not the file of a tuning")
         self.title, self.target_name = text_of(file.attrs["title"]), text_of(file.attrs["target"])
-        self.beta = float(file.attrs["beta"])
-        self.settling = {key: Settling(file["settling/" + key], key) for key in ("alpha_m", "alpha_cn")}
+        self.joint = Joint(file) if "joint" in file else None
         flux = file["flux"]
         self.theta, self.target = flux["theta"][()], flux["target"][()]
         self.reachable = flux["reachable"][()] > 0
         self.sets = {name: (float(group.attrs["beta"]), group["q_star"][()], group["q_star_standard_error"][()],
                             float(group.attrs["misfit"]))
                      for name, group in flux.items() if isinstance(group, h5py.Group)}
+        if self.joint:
+            return
+        self.beta = float(file.attrs["beta"])
+        self.settling = {key: Settling(file["settling/" + key], key) for key in ("alpha_m", "alpha_cn")}
         self.grid = [self.sets[name] for name in sorted(self.sets) if name.startswith("beta-")]
         misfit = file["misfit"]
         self.fine = misfit["beta"][()], misfit["misfit"][()]
@@ -158,10 +180,65 @@ def draw_misfit(axes, tuning, picture):
     axes.legend(fontsize=7, loc="upper left", frameon=True, framealpha=1.0, edgecolor="none")
 
 
+def draw_profile(axes, key, axis, threshold, picture):
+    """The least misfit with this constant fixed, over it."""
+    name = key.split(".")[-1]
+    axes.set_xscale("log")
+    axes.plot(axis["value"], axis["profile"], color=picture.BLACK)
+    axes.axhline(threshold, color=picture.GREY, lw=0.8, ls=":")
+    axes.axvspan(axis["low"], axis["high"], color=picture.ORANGE, alpha=0.15, lw=0)
+    axes.axvline(axis["best"], color=picture.ORANGE, label=f"best {axis['best']:.3g}")
+    if name in HIS and axis["lower_bound"] <= HIS[name] <= axis["upper_bound"]:
+        axes.axvline(HIS[name], color=picture.BLUE, ls="--", label=f"theirs {HIS[name]:.3g}")
+    low, high = axis["lower_bound"], axis["upper_bound"]
+    ticks = [low, (low * high) ** 0.5, high]
+    axes.set_xticks(ticks, [f"{t:.2g}" for t in ticks])
+    axes.xaxis.set_minor_formatter(picture.plt.NullFormatter())
+    axes.set_xlim(low, high)
+    axes.set_ylim(0.0, 4.0 * threshold)
+    axes.set_xlabel(SYMBOL.get(name, key))
+    axes.legend(fontsize=7, loc="upper center", frameon=True, framealpha=1.0, edgecolor="none")
+
+
+def draw_directions(axes, joint, picture):
+    """Exponents of each direction, best seen at the top; flat ones pale."""
+    names = [SYMBOL.get(key.split(".")[-1], key.split(".")[-1]) for key in joint.keys]
+    n = len(names)
+    axes.imshow(joint.power, cmap="RdBu_r", vmin=-1.6, vmax=1.6, aspect="auto")
+    for row in range(n):
+        for column in range(n):
+            axes.text(column, row, f"{joint.power[row, column]:.2f}", ha="center", va="center", fontsize=8,
+                      color=picture.GREY if joint.flat[row] else picture.BLACK)
+    axes.set_xticks(range(n), names)
+    axes.set_yticks(range(n), [f"rise {rise:.3g}{', flat' if flat else ''}" for rise, flat in zip(joint.rise, joint.flat)])
+    axes.set_title("exponents of each direction", loc="left")
+    axes.tick_params(length=0)
+    for side in ("left", "bottom"):
+        axes.spines[side].set_visible(False)
+
+
+def make_joint(tuning, base, picture):
+    joint = tuning.joint
+    n = len(joint.keys)
+    figure = picture.plt.figure(figsize=(max(2.0 * n, 4.0), 2.9), layout="constrained")
+    panels = np.atleast_1d(figure.subplots(1, n, sharey=True))
+    for axes, key in zip(panels, joint.keys):
+        draw_profile(axes, key, joint.axis[key], joint.threshold, picture)
+    panels[0].set_ylabel("misfit over its least; dotted: 95 %")
+    made = [picture.save(figure, f"{base}-joint-profiles.png")]
+    figure = picture.plt.figure(figsize=(8.6, 3.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    draw_flux(left, tuning, picture, [("the best constants", picture.ORANGE, "o", tuning.sets["best"])])
+    draw_directions(right, joint, picture)
+    return made + [picture.save(figure, f"{base}-joint-flux.png")]
+
+
 def make(tuning, folder):
     import picture
     made = []
     base = Path(folder) / tuning.stem
+    if tuning.joint:
+        return make_joint(tuning, base, picture)
     for number, key in ((2, "alpha_m"), (3, "alpha_cn")):
         figure = picture.plt.figure(figsize=(8.0, 3.4), layout="constrained")
         draw_settling(figure, tuning.settling[key], picture)

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
-"""ryusa tune: a quick tuning and what it leaves, the same bits on any number of threads, stop and resume,
-targets, and what is refused.    ctest: timeout 200"""
+"""ryusa tune: quick tunings and what it leaves, the same bits on any number of threads, stop and resume,
+targets, and what is refused.    ctest: timeout 280"""
 import os
 import signal
 import subprocess
@@ -39,7 +39,7 @@ class Tune(unittest.TestCase):
         (self.folder / name).write_text(text)
 
     def run_program(self, *words):
-        return subprocess.run([PROGRAM, "tune", *words], cwd=self.folder, text=True, timeout=100,
+        return subprocess.run([PROGRAM, "tune", *words], cwd=self.folder, text=True, timeout=200,
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
 
     def tune(self, *words, status=0):
@@ -116,6 +116,95 @@ class Tune(unittest.TestCase):
             self.same("whole.h5", "part.h5")
             (self.folder / "part.h5").unlink()
             (self.folder / "part.yaml").unlink()
+
+    def test_joint(self):
+        r = self.tune("--vary", "contact.friction=0.2:0.8", "--vary", "contact.alpha_m=20:60", "--budget", "12")
+        for text in ("Joint fit of 2 constants: 9 candidates", "contact.friction", "95 %", "The data constrain",
+                     "left-out candidates", "bed-tuned.yaml"):
+            self.assertIn(text, r.stdout)
+        self.assertLessEqual(max(len(line) for line in r.stdout.splitlines()), 110)
+        with h5py.File(self.folder / "bed-tuned.h5") as file:
+            self.assertEqual(file.attrs["varied"], "contact.friction,contact.alpha_m")
+            best = float(file["joint/contact.friction"].attrs["best"])
+            self.assertTrue(0.2 <= best <= 0.8)
+            values = file["joint/contact.friction/candidates"][()]
+            self.assertTrue(len(values) == 12 and (values >= 0.2).all() and (values <= 0.8).all())
+            self.assertLess(file["joint/contact.friction/profile"][()].min(), 0.2)
+            vectors = np.array([file[f"joint/direction-{d}/vector"][()] for d in range(2)])
+            np.testing.assert_allclose(vectors @ vectors.T, np.eye(2), atol=1e-12)
+        shown = subprocess.run([PROGRAM, "show", "bed-tuned.yaml"], cwd=self.folder, text=True, stdout=subprocess.PIPE)
+        self.assertRegex(shown.stdout, rf"(?m)^\s+friction\s+{best:.6g}\s")
+        drawn = subprocess.run([sys.executable, "-B", SOURCE / "postprocess/tune.py", "bed-tuned.h5"], cwd=self.folder,
+                               text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        if "No module named 'matplotlib'" not in drawn.stdout:
+            self.assertEqual((drawn.returncode, len(list(self.folder.glob("*-joint-*.png")))), (0, 2), drawn.stdout)
+
+    def test_joint_resume(self):
+        words = ("--vary", "contact.friction=0.2:0.8", "-o", "part.h5")
+        job = subprocess.Popen([PROGRAM, "tune", "bed.yaml", "--quick", "-j1", *words], cwd=self.folder,
+                               stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        pieces = self.folder / "part.h5.pieces"
+        begun = time.monotonic()
+        while time.monotonic() < begun + 20 and job.poll() is None and \
+                not (pieces.exists() and pieces.read_text().count("\n") > 6):
+            time.sleep(0.005)
+        job.kill()
+        job.wait()
+        kept = pieces.read_text()
+        changed = self.tune("--vary", "contact.friction=0.2:0.9", "-o", "part.h5", "--resume", status=2)
+        self.assertIn("--vary", changed.stderr)
+        self.assertTrue(pieces.read_text().startswith(kept[:kept.rindex("\n")]))
+        self.tune(*words, "--resume", "--quiet")
+        self.tune(*words[:2], "-o", "whole.h5", "--quiet", "-j3")
+        self.same("whole.h5", "part.h5")
+
+    def test_joint_finds_its_own_truth(self):
+        """The target is the model itself with friction 0.2: friction is found; the springs, stiffer than
+        the flux can feel, are said to be flat."""
+        self.write("title: truth\ntime: {step: 20 us, end: 1.6 s, settle: 0.1 s}\n"
+                   "grains: {columns: 12, layers: 4, packing: random, seed: 3}\n"
+                   "contact: {restitution: 0.5}\nfluid: {model: balance}\n", "own.yaml")
+        rows = ["theta,q_star,error"]
+        for theta in (0.25, 0.35, 0.5):
+            q = []
+            for seed in range(11, 14):
+                r = subprocess.run([PROGRAM, "run", "own.yaml", "-o", "t.h5", "--force", "--quiet", "-j1",
+                                    "-s", "contact.friction=0.2", "-s", f"grains.seed={seed}", "-s", f"fluid.shields={theta}",
+                                    "-s", "time.end=2.5", "-s", "output.fields=[flux]"], cwd=self.folder)
+                self.assertEqual(r.returncode, 0)
+                with h5py.File(self.folder / "t.h5") as file:
+                    q.append(float(file["observables/flux"].attrs["q_star_mean"]))
+            rows.append(f"{theta},{np.mean(q):.6g},{np.std(q, ddof=1) / 3 ** 0.5:.4g}")
+        self.write("\n".join(rows) + "\n", "own.csv")
+        r = self.run_program("own.yaml", "--target", "own.csv", "--vary", "contact.friction=0.04:0.9",
+                             "--vary", "contact.alpha_m=20:60", "--budget", "12", "-o", "found.h5")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        with h5py.File(self.folder / "found.h5") as file:
+            friction, stiffness = file["joint/contact.friction"].attrs, file["joint/contact.alpha_m"].attrs
+            self.assertTrue(friction["low"] <= 0.2 <= friction["high"], r.stdout)
+            self.assertLess(friction["high"], 0.8, r.stdout)
+            self.assertLess(abs(np.log(friction["best"] / 0.2)), np.log(2.5), r.stdout)
+            self.assertEqual((stiffness["low"], stiffness["high"]), (20.0, 60.0), r.stdout)
+            self.assertEqual(file["joint/flat"][()].tolist(), [0.0, 1.0], r.stdout)
+            self.assertLess(abs(file["joint/direction-1/vector"][0]), 0.5, r.stdout)
+
+    def test_joint_refused(self):
+        for words, says in ((("--vary", "contact.fricton=0.2:0.8"), "did you mean contact.friction"),
+                            (("--vary", "friction=0.2:0.8"), "contact.friction"),
+                            (("--vary", "contact.friction"), "KEY=LOW:HIGH"),
+                            (("--vary", "contact.friction=0.5"), "two bounds"),
+                            (("--vary", "contact.friction=0.8:0.2"), "LOW < HIGH"),
+                            (("--vary", "contact.friction=0:0.2"), "LOW above 0"),
+                            (("--vary", "contact.friction=much:0.2"), "much"),
+                            (("--vary", "contact.friction=0.1:50"), "10"),
+                            (("--vary", "contact.law=1:2"), "is not fitted"),
+                            (("--vary", "fluid.shields=0.1:2"), "is not fitted"),
+                            (("--vary", "time.end=1:2"), "is not fitted"),
+                            (("--vary", "contact.beta=1:2", "--vary", "contact.beta=1:2"), "twice"),
+                            (("--joint", "--budget", "10"), "at least 27"),
+                            (("--budget", "40"), "--joint")):
+            self.refuses(2, "bed.yaml", *words, says=[says])
+        self.refuses(3, "bed.yaml", "--quick", "--quiet", "--vary", "contact.beta=100:900", says=["narrow --vary"])
 
     def test_own_target_and_refused_candidates(self):
         self.write("theta,q_star,error\n0.5,0.9,0.1\n1,3,0.3\n", "mine.csv")
