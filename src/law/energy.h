@@ -52,6 +52,19 @@ RY_INLINE ry_energy_share ry_energy_close(const ry_bond q, const ry_touch t, dou
     return share;
 }
 
+/* A contact that is no impact, its spring relaxed at t.rest or where the grains are: a spring that has let go
+ * costs nothing and makes the next squeeze start from there. */
+RY_INLINE ry_push ry_law_energy_enduring(const ry_bond q, const ry_touch t)
+{
+    ry_push p = {.held = -1.0};
+    p.rest = ry_min(t.rest, t.d);
+    const double spring = q.a * (t.d - p.rest);
+    p.f = ry_min(-(spring + q.c * t.w), 0.0);
+    p.dashpot = p.f + spring;
+    return p;
+}
+
+/* Any contact. */
 RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
 {
     const int alone = t.crowd <= 1.0;

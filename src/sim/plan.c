@@ -275,8 +275,9 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     for (int k = 0; k < RY_CONTACT_BLOCK; k++) {
         c->dry[k] = ry_contact_law_damps((int)config->contact_law) ? c->coef.zeta2 : c->coef.e;
     }
-    c->counts = config->contact_law == RY_LAW_ENERGY;
     c->kernel = ry_contact_select((int)config->contact_law, c->features);
+    c->young = ry_contact_select_young((int)config->contact_law, c->features);
+    c->body = (const double (*)[RY_BODY])m->body;
     c->dt = config->time_step;
     c->threads = plan->threads;
     c->length = config->domain_periodic ? length : 0.0;
@@ -298,6 +299,7 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     }
     if (first >= 0) { /* where grains differ, tm and bond are not used */
         c->coef.g_dt2 = fall_alike(m, state->grains.n, m->weight[first]) ? -m->weight[first] * c->dt : 0.0;
+        c->im_lone = m->im[first];
         c->tm[0] = 2.0 * m->tm[first];
         c->tm[1] = m->tm[first];
         c->bond[0] = ry_bond_make(&c->coef, 2.0 * m->im[first], c->tm[0]);
@@ -339,6 +341,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     m->length = plan->derived.length;
     m->dt = config->time_step;
     fill_motion(m, config, g);
+    ry_motion_settle(m, g);
     set_features(plan, config, grains_differ(g, m->im));
     set_contact(plan, config, state);
 

@@ -8,6 +8,7 @@
 
 #include "law/bond.h"
 #include "law/wet.h"
+#include "stage/motion.h"
 #include "stage/neighbor.h"
 #include "store/pairs.h"
 
@@ -19,38 +20,43 @@ enum {
     RY_CONTACT_STAMPS = 8
 };
 
-/* Listed pairs are looked at in blocks of this many; what touches of them stays in the first cache. */
+/* Pairs are worked on in blocks of this many, which stay in the first cache. */
 enum { RY_CONTACT_BLOCK = 128 };
 
-/* Lanes of the widest vectors: the kernel's loop runs over a multiple of it, the last touching pair
+/* Lanes of the widest vectors: the kernel's loop runs over a multiple of it, the last pair of a block
  * repeated, because the leftover loop would cost a quarter of the whole. */
 enum { RY_CONTACT_LANES = 8 };
 
+/* A block of pairs, their members side by side. Differences are partner less owner. */
 typedef struct ry_near {
     int32_t n, n_padded;
-    int32_t pair[RY_CONTACT_BLOCK], i[RY_CONTACT_BLOCK], j[RY_CONTACT_BLOCK];
-    /* The fields of ry_pairs of the same names: there themselves, or where the block does not fill the
-     * vectors, in `spare`, copied to and fro. */
-#define RY_GAP_NEAR(name) double *t_##name;
-    RY_GAP_FIELDS(RY_GAP_NEAR)
-#undef RY_GAP_NEAR
-    double crowd[RY_CONTACT_BLOCK], young_i[RY_CONTACT_BLOCK], young_j[RY_CONTACT_BLOCK];
-    double slip[RY_CONTACT_BLOCK], rest[RY_CONTACT_BLOCK], age[RY_CONTACT_BLOCK]; /* in and out */
-    double wet[RY_CONTACT_BLOCK]; /* in and out */
+    const int32_t *i, *j; /* storage indices */
+    /* in: */
+    double dx[RY_CONTACT_BLOCK], dz[RY_CONTACT_BLOCK], distance[RY_CONTACT_BLOCK]; /* [m] */
+    double dvx[RY_CONTACT_BLOCK], dvz[RY_CONTACT_BLOCK]; /* [m/s] */
+    double radii[RY_CONTACT_BLOCK], turn[RY_CONTACT_BLOCK]; /* sums of r [m], of spin x r [m/s] */
+    double im[RY_CONTACT_BLOCK], tm[RY_CONTACT_BLOCK]; /* sums of the inverse masses [1/kg] */
+    /* of young contacts: as in ry_touch; the owner's immobility less the partner's; the sum of inverse mass x
+     * young contacts of both grains [1/kg] */
+    double crowd[RY_CONTACT_BLOCK], side[RY_CONTACT_BLOCK], share[RY_CONTACT_BLOCK];
+    /* in and out: */
+    double age[RY_CONTACT_BLOCK];
+    double *slip, *rest, *wet; /* those of ry_pairs themselves, or copies in `spare` */
     const double *own; /* e, or zeta2 of laws with a damping ratio, of each contact */
-    double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK], pt[RY_CONTACT_BLOCK];
-    double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK];
+    /* out: */
+    double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK], pt[RY_CONTACT_BLOCK]; /* a slot of ry_pairs [N s] */
+    double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK]; /* as in ry_pairs */
     double impact[RY_CONTACT_BLOCK]; /* lost [J] */
-#define RY_TOUCH_NEAR(name, unit, text) double *t_##name;
+#define RY_TOUCH_NEAR(name, unit, text) double *t_##name; /* as slip */
     RY_TOUCH_FIELDS(RY_TOUCH_NEAR)
 #undef RY_TOUCH_NEAR
-#define RY_GAP_ONE(name) +1
 #define RY_TOUCH_ONE(name, unit, text) +1
-    double spare[0 RY_GAP_FIELDS(RY_GAP_ONE) RY_TOUCH_FIELDS(RY_TOUCH_ONE)][RY_CONTACT_BLOCK];
+    double spare[3 RY_TOUCH_FIELDS(RY_TOUCH_ONE)][RY_CONTACT_BLOCK];
+    int32_t list[3][RY_CONTACT_BLOCK]; /* pairs, owners, partners of a block that is not a run of the list */
 } ry_near;
 
 typedef struct ry_contact ry_contact;
-typedef void ry_contact_fn(const ry_contact *contact, const ry_grains *grains, ry_near *near);
+typedef void ry_contact_fn(const ry_contact *contact, ry_near *near);
 
 /* The film of fluid between grains that close, see law/wet.h. */
 typedef struct ry_film {
@@ -65,31 +71,38 @@ typedef struct ry_film {
 
 struct ry_contact {
     ry_contact_fn *kernel;
+    ry_contact_fn *young; /* for contacts in their first steps, if the law treats those apart; else NULL */
     ry_film film;
     double dry[RY_CONTACT_BLOCK]; /* without film: ry_near.own of any contact */
     ry_law_coef coef;
     ry_bond bond[2];  /* of equal grains: both free to move; one immovable */
     double tm[2];     /* their tm, see ry_bond_make [1/kg] */
+    double im_lone;   /* inverse mass of a grain, where all are equal [1/kg] */
+    const double (*body)[RY_BODY]; /* what a pair needs of a grain, see ry_motion */
     double dt, length, half; /* half = length/2; infinite where x is not periodic */
     int n_walls;
     ry_wall wall[RY_MAX_WALLS];
     double wall_length; /* where the right wall stands [m] */
     int moves, features, threads;
-    int counts; /* the law wants to know how crowded grains are: energy */
     const double *im; /* inverse masses, walls included: 0 [1/kg] */
     const double *tm_grain; /* im + r^2/I [1/kg] */
     double *loss_impact, *loss_opening; /* per grain; with ledger [J] */
 };
 
-/* The kernel of a law (the order of ryusa/config.h) with RY_CONTACT_ features, and its name. */
+/* The kernels of a law (the order of ryusa/config.h) with RY_CONTACT_ features, and its name. */
 ry_contact_fn *ry_contact_select(int law, int features);
+ry_contact_fn *ry_contact_select_young(int law, int features);
 const char *ry_contact_law_name(int law);
 int ry_contact_law_moves(int law);
+
 int ry_contact_law_damps(int law); /* it takes a damping ratio */
 
 /* What the film makes of a contact of two grains that close [e, or zeta2]: a, c as in law/law.h of the dry
  * pair, `loss` = 35/St. */
 double ry_contact_wet(const ry_film *film, const ry_law_coef *coef, double a, double c, double loss);
+
+/* Decides for the contacts of a fetched block that close, and forgets for those that don't touch: near->wet. */
+void ry_contact_film(const ry_contact *contact, const ry_grains *grains, ry_near *near);
 
 void ry_contact_stage(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
 

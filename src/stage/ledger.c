@@ -2,32 +2,32 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors */
 #include "stage/ledger.h"
 
-/* What a block of touching pairs loses; laid out for the vector loop. */
+/* What a block of pairs loses; laid out for the vector loop. */
 typedef struct ry_losses {
     double dashpot[RY_CONTACT_BLOCK], friction[RY_CONTACT_BLOCK];
 } ry_losses;
 
 /* Dashpots: -J . mean velocity. Friction: the work of the whole tangential force, less what the spring
  * keeps of it: energy before (et) and after the drift that follows, at the velocity that now results,
- * twice the mean less that before. Pairs at..at+n-1 of `touching`. */
+ * twice the mean less that before. Pairs at .. at+n-1; what does not touch loses nothing. */
 RY_CLONES static void lose(const ry_contact *c, const ry_motion *m, const ry_pairs *pairs, int32_t at,
                            int32_t n, ry_losses *out)
 {
     const double *const mean_x = m->mean_x, *const mean_z = m->mean_z, *const turn = m->mean_turn;
-    const int32_t *const owner = pairs->i, *const partner = pairs->j, *const pair = pairs->touching + at;
+    const int32_t *const owner = pairs->i + at, *const partner = pairs->j + at;
     const double *const t_nx = pairs->t_nx + at, *const t_nz = pairs->t_nz + at;
     const double *const lever = pairs->t_lever + at, *const run = pairs->t_run + at;
-    const double *const stored = pairs->slip, *const jn = pairs->t_jn + at, *const en = pairs->t_en + at;
+    const double *const stored = pairs->slip + at, *const jn = pairs->t_jn + at, *const en = pairs->t_en + at;
     const double *const jt = pairs->t_jt + at, *const et = pairs->t_et + at, *const kt = pairs->t_kt + at;
     const double dt = c->dt;
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
-        const int32_t i = owner[pair[k]], j = partner[pair[k]];
+        const int32_t i = owner[k], j = partner[k];
         const double nx = t_nx[k], nz = t_nz[k];
         const double ux = mean_x[i] - mean_x[j], uz = mean_z[i] - mean_z[j];
         const double approach = ux * nx + uz * nz;
         const double mean = ux * nz - uz * nx + (turn[i] + turn[j]) * lever[k];
-        const double slip = stored[pair[k]] + 2.0 * mean * dt - run[k];
+        const double slip = stored[k] + 2.0 * mean * dt - run[k];
         const double work = -jt[k] * mean;
         const double kept = 0.5 * kt[k] * slip * slip - et[k];
         const int slides = et[k] >= 0.0;
@@ -41,10 +41,10 @@ RY_CLONES static void lose(const ry_contact *c, const ry_motion *m, const ry_pai
  * a touching grain, w' dt, works over the mean: the difference belongs to the law. Zero (rounding) but in
  * the closing step for a pair alone. */
 static double lose_in_impact(const ry_contact *c, const ry_motion *m, const ry_grains *g, const ry_pairs *pairs,
-                             int32_t at)
+                             int32_t p)
 {
-    const int32_t p = pairs->touching[at], i = pairs->i[p], j = pairs->j[p];
-    const double nx = pairs->t_nx[at], nz = pairs->t_nz[at], impulse = pairs->t_jn[at];
+    const int32_t i = pairs->i[p], j = pairs->j[p];
+    const double nx = pairs->t_nx[p], nz = pairs->t_nz[p], impulse = pairs->t_jn[p];
     const double dt = c->dt, ims = c->im[i] + c->im[j];
     const double mean = (m->mean_x[i] - m->mean_x[j]) * nx + (m->mean_z[i] - m->mean_z[j]) * nz;
     const double before = (g->vx[i] - g->vx[j]) * nx + (g->vz[i] - g->vz[j]) * nz;
@@ -55,22 +55,22 @@ static double lose_in_impact(const ry_contact *c, const ry_motion *m, const ry_g
     const double held = 0.5 * ry_contact_bond(c, i, j).a * stretch * stretch / (ims * dt * dt);
     const double side = (c->im[i] == 0.0 ? 1.0 : 0.0) - (c->im[j] == 0.0 ? 1.0 : 0.0);
     const double fall = impulse != 0.0 ? c->coef.g_dt2 * nz * side : 0.0;
-    return -impulse * mean - (held - pairs->t_en[at]) - fall * (mean - after) / (ims * dt);
+    return -impulse * mean - (held - pairs->t_en[p]) - fall * (mean - after) / (ims * dt);
 }
 
 static void book_run(const ry_contact *c, const ry_motion *m, ry_state *state, const ry_pairs *pairs,
-                     int32_t from, int32_t n)
+                     int32_t from, int32_t end)
 {
     ry_losses losses;
     double *const dashpot = state->ledger.loss_dashpot, *const friction = state->ledger.loss_friction;
     double *const impact = state->ledger.loss_impact;
     const double *const en = pairs->t_en;
-    for (int32_t at = from; at < from + n; at += RY_CONTACT_BLOCK) {
-        const int32_t left = from + n - at;
+    for (int32_t at = from; at < end; at += RY_CONTACT_BLOCK) {
+        const int32_t left = end - at;
         const int32_t count = left < RY_CONTACT_BLOCK ? left : RY_CONTACT_BLOCK;
         lose(c, m, pairs, at, count, &losses);
         for (int32_t k = 0; k < count; k++) {
-            const int32_t i = pairs->i[pairs->touching[at + k]];
+            const int32_t i = pairs->i[at + k];
             dashpot[i] += losses.dashpot[k];
             friction[i] += losses.friction[k];
             if (en[at + k] >= 0.0) {
@@ -119,7 +119,7 @@ static void do_chunks(void *context, int32_t begin, int32_t end, int thread)
     const ry_ledger_task *const t = context;
     (void)thread;
     for (int32_t k = begin; k < end; k++) {
-        book_run(t->contact, t->motion, t->state, t->pairs, t->pairs->chunk[k], t->pairs->n_touching[k]);
+        book_run(t->contact, t->motion, t->state, t->pairs, t->pairs->chunk[k], t->pairs->chunk[k + 1]);
     }
 }
 
@@ -128,5 +128,5 @@ void ry_ledger_stage(const ry_contact *c, const ry_motion *m, ry_state *state, c
     ry_ledger_task task = {c, m, state, pairs};
     ry_parallel(c->threads, state->grains.n, do_grains, &task);
     ry_parallel(c->threads, pairs->n_chunks, do_chunks, &task);
-    book_run(c, m, state, pairs, pairs->n_inner, pairs->n_touching[pairs->n_chunks]);
+    book_run(c, m, state, pairs, pairs->n_inner, pairs->n);
 }

@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "base/parallel.h"
+#include "stage/four.h"
 
 static ry_status make(double **array, int32_t n, int wanted, ry_error *error)
 {
@@ -22,6 +23,10 @@ ry_status ry_motion_create(ry_motion *m, int32_t n, int moves, int ledger, ry_er
     for (size_t k = 0; k < sizeof always / sizeof *always; k++) {
         RY_TRY(make(always[k], n, 1, error));
     }
+    m->body = ry_array((size_t)n + RY_MAX_WALLS, sizeof *m->body);
+    if (m->body == NULL) {
+        return ry_no_memory(error, (size_t)n * sizeof *m->body);
+    }
     RY_TRY(make(&m->sx, n, moves, error));
     RY_TRY(make(&m->sz, n, moves, error));
     RY_TRY(make(&m->mean_x, n, ledger, error));
@@ -36,13 +41,45 @@ void ry_motion_free(ry_motion *m)
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }
+    free(m->body);
     *m = (ry_motion){0};
 }
 
-/* ---- gather --------------------------------------------------------------------------------- */
+/* ---- bodies --------------------------------------------------------------------------------- */
 
-/* Four doubles that are added at once: a slot. */
-typedef double ry_four __attribute__((vector_size(4 * sizeof(double)), aligned(8)));
+static void write_body(const ry_motion *m, const ry_grains *g, int32_t k)
+{
+    const double body[RY_BODY] = {g->x[k], g->z[k], g->radius[k], g->spin[k] * g->radius[k],
+                                  g->vx[k], g->vz[k], m->im[k], m->tm[k]};
+    memcpy(m->body[k], body, sizeof body);
+}
+
+RY_CLONES static void write_bodies(const ry_motion *m, const ry_grains *g, int32_t begin, int32_t end)
+{
+    int32_t k = begin;
+    for (; k + 4 <= end; k += 4) {
+        const ry_four r = ry_four_load(g->radius + k);
+        ry_four place[4] = {ry_four_load(g->x + k), ry_four_load(g->z + k), r, ry_four_load(g->spin + k) * r};
+        ry_four motion[4] = {ry_four_load(g->vx + k), ry_four_load(g->vz + k), ry_four_load(m->im + k),
+                             ry_four_load(m->tm + k)};
+        ry_four_turn(place);
+        ry_four_turn(motion);
+        for (int32_t q = 0; q < 4; q++) {
+            ry_four_store(m->body[k + q], place[q]);
+            ry_four_store(m->body[k + q] + RY_BODY_VX, motion[q]);
+        }
+    }
+    for (; k < end; k++) {
+        write_body(m, g, k);
+    }
+}
+
+void ry_motion_settle(ry_motion *m, const ry_grains *g)
+{
+    write_bodies(m, g, 0, g->n + RY_MAX_WALLS);
+}
+
+/* ---- gather --------------------------------------------------------------------------------- */
 
 /* Ascending id of the partner: those with lower ids (where the grain is the partner of the pair), its
  * own row, then the walls. */
@@ -55,14 +92,10 @@ RY_CLONES static void gather_range(const ry_motion *m, ry_pairs *pairs, int32_t 
     for (int32_t k = begin; k < end; k++) {
         ry_four sum = {0.0, 0.0, 0.0, 0.0};
         for (int32_t b = below_start[k]; b < below_start[k + 1]; b++) {
-            ry_four other;
-            memcpy(&other, slot[below[b]], sizeof other);
-            sum += opposite * other;
+            sum += opposite * ry_four_load(slot[below[b]]);
         }
         for (int32_t p = row[k]; p < row[k + 1]; p++) {
-            ry_four own;
-            memcpy(&own, slot[p], sizeof own);
-            sum += own;
+            sum += ry_four_load(slot[p]);
         }
         m->cx[k] = sum[RY_SLOT_X];
         m->cz[k] = sum[RY_SLOT_Z];
@@ -190,6 +223,7 @@ static void integrate_grains(void *context, int32_t begin, int32_t end, int thre
         shift_range(t->motion, t->grains, begin, end);
     }
     t->longest[thread] = integrate_range(t->motion, t->grains, t->x0, t->z0, begin, end);
+    write_bodies(t->motion, t->grains, begin, end);
 }
 
 double ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const double *z0)

@@ -13,6 +13,11 @@
 #include "store/pairs.h"
 #include "store/state.h"
 
+/* What a pair needs of a grain, on one cache line of its own: position, radius, speed of the surface by spin [m,
+ * m, m, m/s]; velocity, im and tm [m/s, m/s, 1/kg, 1/kg]. Two halves: in each the first two are wanted as
+ * differences, the others as sums. */
+enum { RY_BODY_X, RY_BODY_Z, RY_BODY_R, RY_BODY_TURN, RY_BODY_VX, RY_BODY_VZ, RY_BODY_IM, RY_BODY_TM, RY_BODY };
+
 typedef struct ry_motion {
     int threads, periodic, moves, n_walls;
     double dt, length;
@@ -23,10 +28,13 @@ typedef struct ry_motion {
     double *weight;    /* the part of gz that is gravity less buoyancy [m/s] */
     double *cx, *cz, *ct; /* impulses of all contacts of a grain; ct: angular, per radius [N s] */
     double *sx, *sz;   /* shift/im of all contacts; NULL unless the law moves [kg m] */
+    double (*body)[RY_BODY]; /* n + RY_MAX_WALLS, as of the end of the last step */
     double *mean_x, *mean_z, *mean_turn; /* velocity and spin x radius, mean of a step; NULL without ledger [m/s] */
 } ry_motion;
 
+/* `im` and `tm` are filled by whoever knows the scene; then ry_motion_settle makes the bodies. */
 ry_status ry_motion_create(ry_motion *motion, int32_t n, int moves, int ledger, ry_error *error);
+void ry_motion_settle(ry_motion *motion, const ry_grains *grains);
 void ry_motion_free(ry_motion *motion);
 
 void ry_motion_gather(const ry_motion *motion, const ry_grains *grains, ry_pairs *pairs);

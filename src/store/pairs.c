@@ -20,7 +20,6 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int mo
     const size_t n = (size_t)n_grains;
     *pairs = (ry_pairs){.n_grains = n_grains};
     RY_TRY(make(&pairs->place, n, sizeof *pairs->place, error));
-    RY_TRY(make(&pairs->crowd, n + RY_MAX_WALLS, sizeof *pairs->crowd, error));
     RY_TRY(make(&pairs->row, n + 1, sizeof *pairs->row, error));
     RY_TRY(make(&pairs->below_start, n + 1, sizeof *pairs->below_start, error));
     for (int w = 0; w < n_walls; w++) {
@@ -65,12 +64,9 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
         RY_TOUCH_FIELDS(RY_TOUCH_MAKE)
     }
 #undef RY_TOUCH_MAKE
-#define RY_GAP_MAKE(name) RY_TRY(make(&pairs->t_##name, room, sizeof(double), error));
-    RY_GAP_FIELDS(RY_GAP_MAKE)
-#undef RY_GAP_MAKE
     const size_t chunks = room / RY_CHUNK + 2;
-    RY_TRY(make(&pairs->touching, room, sizeof *pairs->touching, error));
-    RY_TRY(make(&pairs->n_touching, chunks + 1, sizeof *pairs->n_touching, error));
+    RY_TRY(make(&pairs->young, room, sizeof *pairs->young, error));
+    RY_TRY(make(&pairs->n_young, chunks + 1, sizeof *pairs->n_young, error));
     RY_TRY(make(&pairs->chunk, chunks, sizeof *pairs->chunk, error));
     pairs->capacity = room;
     return RY_OK;
@@ -78,9 +74,9 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
 
 void ry_pairs_free(ry_pairs *pairs)
 {
-    void *const arrays[] = {pairs->crowd, pairs->place, pairs->i,     pairs->j,        pairs->slip,
+    void *const arrays[] = {pairs->place, pairs->i,     pairs->j,        pairs->slip,
                             pairs->rest,  pairs->age,   pairs->slot,  pairs->sx,       pairs->sz,
-                            pairs->row,   pairs->below, pairs->chunk, pairs->touching, pairs->n_touching,
+                            pairs->row,   pairs->below, pairs->chunk, pairs->young, pairs->n_young,
                             pairs->below_start, pairs->wet};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
@@ -91,9 +87,6 @@ void ry_pairs_free(ry_pairs *pairs)
 #define RY_TOUCH_FREE(name, unit, text) free(pairs->t_##name);
     RY_TOUCH_FIELDS(RY_TOUCH_FREE)
 #undef RY_TOUCH_FREE
-#define RY_GAP_FREE(name) free(pairs->t_##name);
-    RY_GAP_FIELDS(RY_GAP_FREE)
-#undef RY_GAP_FREE
     *pairs = (ry_pairs){0};
 }
 

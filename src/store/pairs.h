@@ -35,23 +35,18 @@ typedef struct ry_pairs {
     double *wet;      /* as in ry_contacts; NULL unless contacts are wet */
     double *sx, *sz;  /* shift x reduced mass, on the owner; NULL unless the law moves [kg m] */
 
-    int32_t *crowd;       /* n_grains + RY_MAX_WALLS: contacts of a grain in this step x RY_CROWD_ALL, plus those
-                             in their first steps x 1 */
     int32_t *row;         /* n_grains + 1: pairs row[k] .. row[k+1]-1 belong to owner k */
     int32_t *below_start; /* n_grains + 1 */
     int32_t *below;       /* n_inner: the slots in which a grain is the partner, ascending owner id */
     int32_t *wall_slot[RY_MAX_WALLS]; /* n_grains each: slot of the grain's pair with the wall, or -1 */
 
-    int32_t *touching;    /* n: of each chunk, from its start, the pairs that touch; the walls' last */
-    int32_t *n_touching;  /* n_chunks + 1: how many; the last for the walls */
-    /* Of the pairs in `touching`, side by side: first the way from the owner to its partner and its
-     * length [m], after the kernel the normal and the distance over the sum of the radii [1]. */
-#define RY_GAP_FIELDS(RY_GAP_FIELD) RY_GAP_FIELD(nx) RY_GAP_FIELD(nz) RY_GAP_FIELD(lever)
-#define RY_GAP_POINTER(name) double *t_##name;
-    RY_GAP_FIELDS(RY_GAP_POINTER)
-#undef RY_GAP_POINTER
-    /* What the ledger needs besides; NULL without ledger. */
+    int32_t *young;       /* n: of each chunk, from its start, the contacts in their first steps; the walls' last */
+    int32_t *n_young;     /* n_chunks + 1: how many; the last for the walls */
+    /* What the ledger needs of a pair that touches; NULL without ledger. */
 #define RY_TOUCH_FIELDS(RY_TOUCH_FIELD)                                                              \
+    RY_TOUCH_FIELD(nx, "1", "normal from the owner to its partner, along x")                         \
+    RY_TOUCH_FIELD(nz, "1", "and along z")                                                           \
+    RY_TOUCH_FIELD(lever, "1", "distance over the sum of the radii")                                 \
     RY_TOUCH_FIELD(run, "m", "tangential velocity x dt before the step")                             \
     RY_TOUCH_FIELD(jn, "N s", "normal impulse: of the dashpot, or all of it in an impact")           \
     RY_TOUCH_FIELD(en, "J", "energy of the normal spring before the step; -1: not such an impact")   \
@@ -64,9 +59,6 @@ typedef struct ry_pairs {
     int32_t n_chunks;     /* row-aligned ranges of pairs, the unit of work of a thread */
     int32_t *chunk;       /* n_chunks + 1 */
 } ry_pairs;
-
-/* One contact in ry_pairs.crowd. */
-enum { RY_CROWD_ALL = 1 << 16 };
 
 /* About this many pairs make a chunk. */
 enum { RY_CHUNK = 2048 };

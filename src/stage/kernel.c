@@ -1,0 +1,197 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * The law over a block of pairs, without a branch. It is written once, contact_body, and stamped for each law
+ * of laws.def and each set of features. Pairs that don't touch go through it like the others and get zeros:
+ * in a bed two of three do touch, and to sort them out costs more than it saves. */
+#include "stage/contact.h"
+
+#include <math.h>
+
+#include "law/cundall.h"
+#include "law/energy.h"
+#include "law/fujioka.h"
+#include "law/tanaka.h"
+
+typedef ry_push ry_law_fn(const ry_bond q, const ry_touch t);
+
+/* Which of the touching pairs a stamp is for. Laws that tell impacts from enduring contacts do the enduring
+ * ones first; the young ones then know how crowded their grains are. */
+enum { EVERY, ENDURING, YOUNG };
+
+RY_INLINE ry_bond pick_bond(const ry_bond pair, const ry_bond lone, int alone)
+{
+    ry_bond b;
+    b.a = alone ? lone.a : pair.a;
+    b.c = alone ? lone.c : pair.c;
+    b.e = pair.e;
+    b.stretch = alone ? lone.stretch : pair.stretch;
+    b.per_stretch = alone ? lone.per_stretch : pair.per_stretch;
+    b.drag = alone ? lone.drag : pair.drag;
+    b.mass_ratio = pair.mass_ratio;
+    return b;
+}
+
+/* Normal n from i to j; tangent t = (n_z, -n_x), along which a positive spin of either grain moves
+ * its side of the contact; the contact point divides the distance like the radii, so that the lever
+ * arms add up to it and angular momentum is kept. */
+RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, const int which, const int moves,
+                            const int ratio, const int features)
+{
+    const double dt = c->dt, back = -dt, per_dt = 1.0 / dt;
+    const double *const im = c->im;
+    const int32_t n = near->n_padded;
+    const int32_t *const pair_i = near->i, *const pair_j = near->j;
+    double *const rests = near->rest, *const slips = near->slip;
+    double *const t_nx = near->t_nx, *const t_nz = near->t_nz, *const t_lever = near->t_lever;
+    double *const t_run = near->t_run, *const t_jn = near->t_jn, *const t_en = near->t_en;
+    double *const t_jt = near->t_jt, *const t_et = near->t_et, *const t_kt = near->t_kt;
+    ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
+    const double *const own = near->own;
+    if (!ratio) { /* known when compiled: the root of ry_bond_damped goes */
+        coef.hertz = 0.0;
+    }
+    const ry_bond pair = c->bond[0], lone = c->bond[1];
+    const double tm_pair = c->tm[0], tm_lone = c->tm[1], im_between = 1.5 * c->im_lone;
+#pragma omp simd
+    for (int32_t k = 0; k < n; k++) {
+        const double distance = near->distance[k], sum = near->radii[k], ims = near->im[k];
+        const double ux = near->dvx[k] * back, uz = near->dvz[k] * back;
+        const double slip_before = slips[k];
+        const int touches = distance < sum;
+        const int mine = which == ENDURING ? touches & (near->age[k] >= RY_IMPACT_STEPS) : touches;
+        double tms;
+        ry_bond bond;
+        if (features & RY_CONTACT_SIZES) {
+            tms = near->tm[k];
+            bond = ry_bond_damped(&coef, ims, tms, ratio ? own[k] : 0.0);
+            bond.e = ratio ? coef.e : own[k];
+        } else {
+            const int alone = ims < im_between;
+            tms = alone ? tm_lone : tm_pair;
+            bond = pick_bond(pair, lone, alone);
+        }
+        const double per_all = 1.0 / (distance * ims * tms * sum); /* one division for four */
+        const double inverse = ims * tms * sum * per_all;
+        const double nx = near->dx[k] * inverse, nz = near->dz[k] * inverse;
+        const double per_ims = per_dt * (distance * tms * sum * per_all);
+        const double per_tms = per_dt * (distance * ims * sum * per_all);
+        ry_touch t;
+        t.d = sum - distance;
+        t.w = ux * nx + uz * nz;
+        t.rest = rests[k];
+        t.age = near->age[k];
+        t.g = which == YOUNG ? coef.g_dt2 * nz * near->side[k] : 0.0;
+        t.crowd = which == YOUNG ? near->crowd[k] : 1.0;
+        t.split = which == YOUNG ? near->share[k] * (dt * per_ims) : 1.0;
+        const ry_push p = law(bond, t);
+        const double normal = p.f * per_ims;
+        double px = normal * nx, pz = normal * nz, pt = 0.0;
+        double across = ux * nz - uz * nx;
+        if (features & RY_CONTACT_FRICTION) {
+            const double lever = distance * distance * (ims * tms * per_all);
+            const double w_t = across + near->turn[k] * (dt * lever);
+            const double slip = t.age == 0.0 ? 0.0 : slip_before + w_t;
+            const ry_slide s = ry_tangential(bond, coef.friction, p.f, w_t, slip, p.rough);
+            const double along = s.f * per_tms;
+            px += along * nz;
+            pz -= along * nx;
+            pt = along * lever;
+            across += s.f * ims * (dt * per_tms);
+            slips[k] = mine ? s.slip : (touches ? slip_before : 0.0);
+            if (features & RY_CONTACT_LEDGER) {
+                const double kt = p.rough > 0.0 ? 0.0 : bond.stretch * per_tms * per_dt;
+                const double damped = p.rough > 0.0 ? along : -bond.drag * w_t * per_tms;
+                t_lever[k] = lever;
+                t_run[k] = w_t;
+                t_jt[k] = mine ? (s.slides ? along : damped) : 0.0;
+                t_et[k] = mine & s.slides ? 0.5 * kt * slip * slip : -1.0;
+                t_kt[k] = mine ? kt : 0.0;
+            }
+        } else if (features & RY_CONTACT_LEDGER) {
+            t_lever[k] = t_run[k] = t_jt[k] = t_kt[k] = 0.0;
+            t_et[k] = -1.0;
+        }
+        if (moves) { /* moving the grains apart would change r x v: take that out of v */
+            const int alone = (im[pair_i[k]] == 0.0) | (im[pair_j[k]] == 0.0);
+            const double turn = alone ? 0.0 : across * (p.shift / (distance - p.shift)) * per_ims;
+            px += turn * nz;
+            pz -= turn * nx;
+            near->sx[k] = mine ? p.shift * nx * (dt * per_ims) : 0.0;
+            near->sz[k] = mine ? p.shift * nz * (dt * per_ims) : 0.0;
+        }
+        if (features & RY_CONTACT_LEDGER) {
+            const int held = mine & (p.held >= 0.0);
+            near->impact[k] = mine & !held ? p.impact * per_ims * per_dt : 0.0;
+            t_en[k] = held ? p.held * per_ims * per_dt : -1.0;
+            t_nx[k] = nx;
+            t_nz[k] = nz;
+            t_jn[k] = mine ? (held ? normal : p.dashpot * per_ims) : 0.0;
+        }
+        near->px[k] = mine ? px : 0.0;
+        near->pz[k] = mine ? pz : 0.0;
+        near->pt[k] = mine ? pt : 0.0;
+        rests[k] = mine ? p.rest : (touches ? t.rest : 0.0);
+        near->age[k] = touches ? ry_min(t.age + 1.0, RY_AGE_MAX) : 0.0;
+    }
+}
+
+#define STAMP(name, function, which, moves, ratio, f)                                          \
+    RY_CLONES static void name##_##f(const ry_contact *c, ry_near *near)                       \
+    {                                                                                          \
+        contact_body(c, near, ry_law_##function, which, moves, ratio, f);                      \
+    }
+#define STAMPS(name, function, which, moves, ratio)                                                     \
+    STAMP(name, function, which, moves, ratio, 0) STAMP(name, function, which, moves, ratio, 1)         \
+    STAMP(name, function, which, moves, ratio, 2) STAMP(name, function, which, moves, ratio, 3)         \
+    STAMP(name, function, which, moves, ratio, 4) STAMP(name, function, which, moves, ratio, 5)         \
+    STAMP(name, function, which, moves, ratio, 6) STAMP(name, function, which, moves, ratio, 7)
+#define ALL(name) {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7}
+
+#define FIRST_0(name, moves, ratio) STAMPS(first_##name, name, EVERY, moves, ratio)
+#define FIRST_1(name, moves, ratio) STAMPS(first_##name, name##_enduring, ENDURING, moves, ratio)
+#define THEN_0(name, moves, ratio)
+#define THEN_1(name, moves, ratio) STAMPS(young_##name, name, YOUNG, moves, ratio)
+#define YOUNG_0(name) {NULL}
+#define YOUNG_1(name) ALL(young_##name)
+
+#define RY_LAW(name, law, moves, ratio, parts, letter, source) \
+    FIRST_##parts(name, moves, ratio) THEN_##parts(name, moves, ratio)
+#include "law/laws.def"
+#undef RY_LAW
+
+static const struct {
+    const char *name;
+    int moves, ratio;
+    ry_contact_fn *kernel[RY_CONTACT_STAMPS], *young[RY_CONTACT_STAMPS];
+} laws[] = {
+#define RY_LAW(name, law, moves, ratio, parts, letter, source) \
+    {#name, moves, ratio, ALL(first_##name), YOUNG_##parts(name)},
+#include "law/laws.def"
+#undef RY_LAW
+};
+
+ry_contact_fn *ry_contact_select(int law, int features)
+{
+    return laws[law].kernel[features];
+}
+
+ry_contact_fn *ry_contact_select_young(int law, int features)
+{
+    return laws[law].young[features];
+}
+
+const char *ry_contact_law_name(int law)
+{
+    return laws[law].name;
+}
+
+int ry_contact_law_moves(int law)
+{
+    return laws[law].moves;
+}
+
+int ry_contact_law_damps(int law)
+{
+    return laws[law].ratio;
+}
