@@ -111,8 +111,11 @@ def speed(file, path):
                 color, marker, _ = LAW_STYLE[law]
                 place.plot(runs["grains"][which], runs["rate"][which] * 1e-6, line, color=color, marker=marker,
                            markersize=3, label=f"{law}, {threads} thread{'s' * (threads > 1)}")
+                if "arithmetic" in runs and threads == 1:
+                    limit = 1e3 / np.maximum(runs["arithmetic"], runs["moving"])[which]
+                    place.plot(runs["grains"][which], limit, ":", color=color, linewidth=0.8, label=f"{law}, limit")
         place.set_xscale("log")
-        place.set_ylim(bottom=0.0)
+        place.set_yscale("log")
         place.set_xlabel("grains")
         place.set_title(scene)
     axes[0].set_ylabel("million grain-steps per second")

@@ -115,6 +115,10 @@ class Bench(unittest.TestCase):
         with h5py.File(self.folder / "v.h5") as f:
             self.assertTrue((f["runs/rate"][:] >= f["runs/median"][:]).all())
             self.assertTrue((f["runs/median"][:] > 0).all())
+            reached, contacts = f["runs/reached"][:], f["runs/contacts"][:]
+            self.assertTrue(((reached > 0) & (reached < 1)).all(), reached)
+            self.assertTrue(((contacts > 0.5) & (contacts < 3)).all(), contacts)
+            self.assertTrue((f["runs/arithmetic"][:] > 0).all() and (f["runs/moving"][:] > 0).all())
             stages = f["stages/settled/cundall/1000/1"].attrs
             self.assertEqual(set(stages) & {"contact", "gather", "column"}, {"contact", "gather"})
             self.assertIn("processor", f["machine"].attrs)

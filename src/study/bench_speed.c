@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * `ryusa bench speed`: grain-steps per second of a settled bed and of one that is sheared with drag on
- * every grain, for a linear law and for the default one. */
+ * every grain, for a linear law and for the default one, beside what the machine needs at least. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -11,12 +11,15 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "sim/sim.h"
+#include "study/bench_limit.h"
 #include "study/bench_machine.h"
 #include "study/bench_private.h"
+#include "study/bench_tile.h"
 
+/* Long beds are `tiles` copies of one that has run by itself. */
 static const struct {
-    int columns, layers;
-} sizes[] = {{5, 10}, {100, 10}, {200, 10}, {500, 20}, {5000, 20}};
+    int columns, layers, tiles;
+} sizes[] = {{5, 10, 1}, {100, 10, 1}, {500, 20, 1}, {500, 20, 10}, {500, 20, 100}};
 static const ry_law laws[] = {RY_LAW_CUNDALL, RY_LAW_ENERGY};
 static const char *const scenes[] = {"settled", "sheared"};
 enum {
@@ -28,16 +31,19 @@ enum {
 };
 
 typedef struct row {
-    int sheared, law, n, threads; /* n: grains that can move */
+    int sheared, law, n, threads; /* n: grains that can move; threads: at most so many, if they pay */
+    int size;
     double rate;                  /* grain-steps per second, best window */
     double median;                /* of the windows */
     double bytes;                 /* per grain */
+    double contacts;              /* per grain */
+    double arithmetic, moving;    /* what the machine needs at least [ns per grain-step] */
     int n_stages;
     const char *stage[RY_MOST_STAGES];
     double ns[RY_MOST_STAGES]; /* per grain-step, in the best window */
 } row;
 
-enum { MOST_ROWS = SIZES * LAWS * SCENES * MOST_THREADS, WINDOWS = 7 };
+enum { MOST_ROWS = SIZES * LAWS * SCENES * MOST_THREADS, WINDOWS = 7, STEPS_OF_BASE = 3000, FEWEST_STEPS = 20 };
 
 typedef struct study {
     ry_bench_run *run;
@@ -51,19 +57,55 @@ static void say_head(const study *s, const ry_machine *m)
 {
     ry_bench_say(s->run, "%s, %d cores, load %.2f; %s\n", m->processor, m->cores, m->load,
                  m->compiler);
-    ry_bench_say(s->run, "%-8s %-8s %8s %7s %12s %8s %7s  %s\n", "scene", "law", "grains",
-                 "threads", "grain-st./s", "median", "bytes", "ns per grain-step of each stage");
+    ry_bench_say(s->run, "limit: the longer of arithmetic and moving data, ns per grain-step\n");
+    ry_bench_say(s->run, "%-8s %-8s %8s %7s %12s %8s %7s %8s %11s %8s  %s\n", "scene", "law", "grains",
+                 "threads", "grain-st./s", "median", "bytes", "contacts", "limit", "reached",
+                 "ns per grain-step of each stage");
+}
+
+/* The part of the machine's limit that the best window reached. */
+static double reached(const row *r)
+{
+    return fmax(r->arithmetic, r->moving) * 1e-9 * r->rate;
 }
 
 static void say_row(const study *s, const row *r)
 {
-    ry_bench_say(s->run, "%-8s %-8s %8d %7d %10.3f M %6.2f M %7.0f ", scenes[r->sheared],
-                 ry_bench_law[laws[r->law]], r->n, r->threads, r->rate * 1e-6, r->median * 1e-6,
-                 r->bytes);
+    ry_bench_say(s->run, "%-8s %-8s %8d %7d %10.3f M %6.2f M %7.0f %8.2f %5.2f %5.2f %6.0f %% ",
+                 scenes[r->sheared], ry_bench_law[laws[r->law]], r->n, r->threads, r->rate * 1e-6,
+                 r->median * 1e-6, r->bytes, r->contacts, r->arithmetic, r->moving, 100.0 * reached(r));
     for (int i = 0; i < r->n_stages; i++) {
         ry_bench_say(s->run, " %s %.3g", r->stage[i], r->ns[i]);
     }
     ry_bench_say(s->run, "\n");
+}
+
+/* The row of this scene and law with so many grains and threads. */
+static const row *find_row(const study *s, const row *like, int n, int threads)
+{
+    for (int k = 0; k < s->n; k++) {
+        const row *const r = &s->rows[k];
+        if (r->sheared == like->sheared && r->law == like->law && r->n == n && r->threads == threads) {
+            return r;
+        }
+    }
+    return NULL;
+}
+
+/* Against the row's own size with one thread, and against 1000 grains. */
+static void say_ratios(const study *s)
+{
+    for (int k = 0; k < s->n; k++) {
+        const row *const r = &s->rows[k];
+        const row *const alone = find_row(s, r, r->n, 1), *const small = find_row(s, r, 1000, 1);
+        if (r->threads > 1) {
+            ry_bench_say(s->run, "%s %s, %d grains: %d threads %.2f times one\n", scenes[r->sheared],
+                         ry_bench_law[laws[r->law]], r->n, r->threads, r->rate / alone->rate);
+        } else if (small != NULL && r->n > small->n) {
+            ry_bench_say(s->run, "%s %s, %d grains: a grain-step costs %.2f times that of 1000 grains\n",
+                         scenes[r->sheared], ry_bench_law[laws[r->law]], r->n, small->rate / r->rate);
+        }
+    }
 }
 
 /* --- measuring ---------------------------------------------------------------------------------- */
@@ -122,36 +164,81 @@ static ry_status time_windows(row *r, ry_sim *sim, long long steps, ry_error *er
     return RY_OK;
 }
 
-/* The bed first runs until it lies still, or moves: 3000 steps, fewer where that would take long. */
-static ry_status measure(row *r, const ry_config *config, int quick, ry_error *error)
+static ry_sim *create(const row *r, int tiles, ry_state *state, ry_config *config, ry_error *error)
 {
-    const double heap = ry_machine_heap();
-    ry_sim *const sim = ry_sim_create(config, r->threads, error);
+    *config = make_config(r, sizes[r->size].columns * tiles, sizes[r->size].layers);
+    const int pay = ry_plan_threads(r->n), threads = pay < r->threads ? pay : r->threads;
+    if (ry_config_resolve(config, error) != RY_OK) {
+        return NULL;
+    }
+    return state != NULL ? ry_sim_adopt(config, state, threads, error) : ry_sim_create(config, threads, error);
+}
+
+/* A bed that lies still, or moves. */
+static ry_status make_base(const row *r, ry_state *state, ry_error *error)
+{
+    ry_config config;
+    const int tiles = sizes[r->size].tiles;
+    ry_sim *const sim = create(r, 1, NULL, &config, error);
     if (sim == NULL) {
+        ry_config_free(&config);
         return error->status;
     }
-    const double budget = quick ? 2e5 : 2e7, window = quick ? 2e5 : 3e6;
-    ry_status status = ry_sim_step(sim, (long long)fmin(3000.0, ceil(budget / r->n)), error);
-    r->bytes = (ry_machine_heap() - heap) / r->n;
+    ry_status status = ry_sim_step(sim, STEPS_OF_BASE, error);
     if (status == RY_OK) {
-        status = time_windows(r, sim, (long long)ceil(window / r->n), error);
+        status = ry_sim_collect(sim, error);
+    }
+    if (status == RY_OK) {
+        status = ry_bench_tile(state, &sim->state, config.domain_length, tiles, error);
     }
     ry_sim_free(sim);
+    ry_config_free(&config);
+    return status;
+}
+
+static void find_limit(row *r, int threads)
+{
+    const ry_law law = laws[r->law];
+    const double contact = ry_limit_contact(law, threads), grain = ry_limit_grain(r->sheared, threads);
+    const double bytes = ry_limit_bytes(law, r->contacts);
+    r->arithmetic = 1e9 * (r->contacts * contact + grain) / threads;
+    r->moving = 1e9 * bytes * ry_limit_move((size_t)(bytes * r->n), threads);
+}
+
+static ry_status measure(row *r, ry_state *state, int quick, ry_error *error)
+{
+    ry_config config;
+    const double heap = ry_machine_heap();
+    r->contacts = (double)state->contacts.n / r->n;
+    ry_sim *const sim = create(r, sizes[r->size].tiles, state, &config, error);
+    if (sim == NULL) {
+        ry_config_free(&config);
+        return error->status;
+    }
+    const double window = quick ? 2e5 : 3e6;
+    ry_status status = ry_sim_step(sim, FEWEST_STEPS, error);
+    r->bytes = (ry_machine_heap() - heap) / r->n;
+    if (status == RY_OK) {
+        status = time_windows(r, sim, (long long)fmax(ceil(window / r->n), FEWEST_STEPS), error);
+    }
+    find_limit(r, sim->plan.threads);
+    ry_sim_free(sim);
+    ry_config_free(&config);
     return status;
 }
 
 static ry_status run_rows(study *s, ry_error *error)
 {
+    const int quick = s->run->options->quick;
     for (int k = 0; k < s->n; k++) {
         row *const r = &s->rows[k];
-        const int size = k / (LAWS * SCENES * MOST_THREADS);
-        ry_config config = make_config(r, sizes[size].columns, sizes[size].layers);
-        ry_status status = ry_config_resolve(&config, error);
-        if (status == RY_OK) {
-            status = measure(r, &config, s->run->options->quick, error);
+        ry_state state = {0};
+        const ry_status status = make_base(r, &state, error);
+        if (status != RY_OK) {
+            ry_state_free(&state);
+            return status;
         }
-        ry_config_free(&config);
-        RY_TRY(status);
+        RY_TRY(measure(r, &state, quick, error));
         say_row(s, r);
         ry_bench_progress(s->run);
     }
@@ -163,7 +250,8 @@ static void lay_rows(study *s)
     const int n_sizes = s->run->options->quick ? QUICK_SIZES : SIZES;
     for (int size = 0; size < n_sizes; size++) {
         for (int k = 0; k < LAWS * SCENES * MOST_THREADS; k++) {
-            s->rows[s->n++] = (row){.n = sizes[size].columns * sizes[size].layers,
+            s->rows[s->n++] = (row){.n = sizes[size].columns * sizes[size].layers * sizes[size].tiles,
+                                    .size = size,
                                     .sheared = k / (LAWS * MOST_THREADS),
                                     .law = k / MOST_THREADS % LAWS,
                                     .threads = k % MOST_THREADS + 1};
@@ -185,17 +273,21 @@ static void write_machine(const study *s, const ry_machine *m)
 
 static void write_file(const study *s, const ry_machine *machine)
 {
-    enum { COLUMNS = 5 };
-    static const char *const name[COLUMNS] = {"grains", "threads", "rate", "median", "bytes"};
-    static const char *const unit[COLUMNS] = {"1", "1", "1/s", "1/s", "1"};
+    enum { COLUMNS = 9 };
+    static const char *const name[COLUMNS] = {"grains", "threads", "rate", "median", "bytes",
+                                              "contacts", "arithmetic", "moving", "reached"};
+    static const char *const unit[COLUMNS] = {"1", "1", "1/s", "1/s", "1", "1", "ns", "ns", "1"};
     static const char *const text[COLUMNS] = {
-        "grains that can move", "threads", "grain-steps per second, best window",
-        "the same, median window", "memory per grain [bytes]"};
+        "grains that can move", "threads at most", "grain-steps per second, best window",
+        "the same, median window", "memory per grain [bytes]", "contacts per grain",
+        "arithmetic alone, per grain-step", "moving the data alone, per grain-step",
+        "part of the machine's limit that the best window reached"};
     double value[COLUMNS][MOST_ROWS];
     const char *scene[MOST_ROWS], *law[MOST_ROWS];
     for (int k = 0; k < s->n; k++) {
         const row *const r = &s->rows[k];
-        const double line[COLUMNS] = {r->n, r->threads, r->rate, r->median, r->bytes};
+        const double line[COLUMNS] = {r->n,        r->threads,    r->rate,   r->median, r->bytes,
+                                      r->contacts, r->arithmetic, r->moving, reached(r)};
         scene[k] = scenes[r->sheared];
         law[k] = ry_bench_law[laws[r->law]];
         for (int i = 0; i < COLUMNS; i++) {
@@ -236,11 +328,13 @@ static void fill_csv(FILE *file, const study *s, const ry_machine *m)
 {
     fprintf(file, "# ryusa %s; %s; %d cores, load %.2f; %s\n", ry_version(), m->processor, m->cores,
             m->load, m->compiler);
-    fprintf(file, "scene,law,grains,threads,grain_steps_per_second,median,bytes_per_grain\n");
+    fprintf(file, "scene,law,grains,threads,grain_steps_per_second,median,bytes_per_grain,"
+                  "contacts_per_grain,arithmetic_ns,moving_ns,reached\n");
     for (int k = 0; k < s->n; k++) {
         const row *const r = &s->rows[k];
-        fprintf(file, "%s,%s,%d,%d,%.4g,%.4g,%.4g\n", scenes[r->sheared],
-                ry_bench_law[laws[r->law]], r->n, r->threads, r->rate, r->median, r->bytes);
+        fprintf(file, "%s,%s,%d,%d,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.3f\n", scenes[r->sheared],
+                ry_bench_law[laws[r->law]], r->n, r->threads, r->rate, r->median, r->bytes,
+                r->contacts, r->arithmetic, r->moving, reached(r));
     }
 }
 
@@ -269,6 +363,7 @@ ry_status ry_bench_speed(ry_bench_run *run, ry_error *error)
     lay_rows(&s);
     say_head(&s, &machine);
     RY_TRY(run_rows(&s, error));
+    say_ratios(&s);
     write_file(&s, &machine);
     return write_csv(&s, &machine, error);
 }
