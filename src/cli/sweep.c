@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * ryusa sweep: many cases of one scene, on all cores, or a share of them on one node of many. */
+ * ryusa sweep: many cases of one scene, on all cores, or a share of them on one node of many, or all of
+ * them by the processes that mpirun has started. */
+#include <fcntl.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,6 +11,7 @@
 #include <unistd.h>
 
 #include "cli/cli.h"
+#include "cli/mpi.h"
 #include "cli/progress.h"
 #include "cli/signals.h"
 #include "study/sweep.h"
@@ -131,7 +134,7 @@ static const struct argp argp = {
     .doc =
         "Runs a scene many times with some of its keys varied (docs/sweep.md).\v"
         "A case that fails is reported and does not stop the others; the exit status is then 3. Ctrl-C "
-        "saves and stops; --resume goes on, also after a kill.",
+        "saves and stops; --resume goes on, also after a kill. " RY_CLI_MPI_ABOUT,
 };
 
 /* --- Progress --------------------------------------------------------------------------------- */
@@ -193,10 +196,11 @@ static void print_summary(const arguments *a, const ry_sweep_result *r)
     }
 }
 
-static int run(const arguments *a)
+static int run(const arguments *a, const ry_farm *farm)
 {
+    const int is_silent = farm && farm->rank > 0; /* process 0 speaks for all */
     const char *const term = getenv("TERM");
-    display d = {.quiet = a->quiet,
+    display d = {.quiet = a->quiet || is_silent,
                  .terminal = isatty(STDERR_FILENO) && term && strcmp(term, "dumb") != 0};
     ry_error error = {0};
     ry_sweep_result result = {0};
@@ -210,12 +214,16 @@ static int run(const arguments *a)
                                    .merge = a->merge,
                                    .shard = a->shard,
                                    .shards = a->shards,
+                                   .farm = farm,
                                    .progress = on_progress,
                                    .data = &d};
     ry_cli_catch_signals();
     const ry_status status = ry_sweep(&wish, &result, &error);
     if (d.terminal && !d.quiet) {
         fputs("\r\033[K", stderr);
+    }
+    if (is_silent) {
+        return status;
     }
     if (status == RY_STOPPED) {
         fprintf(stderr, "ryusa: stopped with %d of %d cases done, saved; --resume goes on\n",
@@ -233,12 +241,39 @@ static int run(const arguments *a)
     return RY_OK;
 }
 
+/* Of processes with the same command line only the first says what is wrong with it. */
+static int parse_once(int argc, char **argv, arguments *a)
+{
+    if (ry_cli_mpi_rank() == 0) {
+        return ry_cli_parse("ryusa sweep", &argp, 0, argc, argv, a);
+    }
+    const int kept[2] = {dup(STDOUT_FILENO), dup(STDERR_FILENO)};
+    const int nowhere = open("/dev/null", O_WRONLY);
+    dup2(nowhere, STDOUT_FILENO);
+    dup2(nowhere, STDERR_FILENO);
+    const int status = ry_cli_parse("ryusa sweep", &argp, 0, argc, argv, a);
+    for (int k = 0; k < 2; k++) {
+        dup2(kept[k], STDOUT_FILENO + k);
+        close(kept[k]);
+    }
+    close(nowhere);
+    return status;
+}
+
 int ry_cli_sweep(int argc, char **argv)
 {
     arguments a = {0};
-    int status = ry_cli_parse("ryusa sweep", &argp, 0, argc, argv, &a);
+    const ry_farm *farm = NULL;
+    int status = parse_once(argc, argv, &a);
     if (status == RY_OK) {
-        status = run(&a);
+        status = ry_cli_mpi_begin(&farm);
+    }
+    if (status == RY_OK) {
+        status = run(&a, farm);
+    }
+    if (farm) {
+        fflush(stdout);
+        ry_cli_mpi_end();
     }
     free(a.default_output);
     free(a.overrides.text);

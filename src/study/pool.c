@@ -31,7 +31,8 @@ typedef struct running {
     pid_t *pid;             /* 0: this worker is idle */
     int *job, *job_list;
     double *share_list;
-    int next, n_running, stopping;
+    int held; /* a job that could not be begun yet, or what `next` said last */
+    int n_running, stopping;
 } running;
 
 /* --- in the child ------------------------------------------------------------------------------- */
@@ -76,7 +77,7 @@ static void set_signals(pid_t parent, const sigset_t *mask)
 static ry_status begin(running *r, int worker, ry_error *error)
 {
     const ry_pool *const pool = r->pool;
-    const int job = pool->job[r->next];
+    const int job = r->held;
     const pid_t parent = getpid();
     sigset_t all, old;
     atomic_store(&r->shared[worker].share, 0.0);
@@ -95,15 +96,22 @@ static ry_status begin(running *r, int worker, ry_error *error)
     }
     r->pid[worker] = pid;
     r->job[worker] = job;
-    r->next++;
+    r->held = RY_POOL_WAIT;
     r->n_running++;
     return RY_OK;
 }
 
 static ry_status begin_all(running *r, ry_error *error)
 {
-    for (int w = 0; w < r->pool->workers && r->next < r->pool->n_jobs && !r->stopping; w++) {
-        if (r->pid[w] == 0) {
+    if (r->stopping && r->held >= 0) {
+        r->pool->ended(r->pool->data, r->held, RY_STOPPED, 0);
+        r->held = RY_POOL_WAIT;
+    }
+    for (int w = 0; w < r->pool->workers; w++) {
+        if (r->pid[w] == 0 && r->held == RY_POOL_WAIT) {
+            r->held = r->pool->next(r->pool->data);
+        }
+        if (r->pid[w] == 0 && r->held >= 0) {
             RY_TRY(begin(r, w, error));
         }
     }
@@ -156,6 +164,9 @@ static ry_status run_all(running *r, ry_error *error)
     ry_status status = RY_OK;
     int changed = 1;
     for (int turn = 0;; turn++) {
+        if (r->pool->turn != NULL) {
+            r->pool->turn(r->pool->data);
+        }
         if (status == RY_OK) {
             status = begin_all(r, error);
             if (status != RY_OK) {
@@ -165,13 +176,12 @@ static ry_status run_all(running *r, ry_error *error)
         if (changed || turn % LOOKS_PER_CALL == 0) {
             look(r);
         }
-        if (r->n_running == 0) {
-            break;
+        if (r->n_running == 0 && (r->held == RY_POOL_END || status != RY_OK)) {
+            return status;
         }
         usleep(LOOK_EVERY_US);
         changed = collect(r) > 0;
     }
-    return status == RY_OK && r->stopping && r->next < r->pool->n_jobs ? RY_STOPPED : status;
 }
 
 ry_status ry_pool_run(const ry_pool *pool, ry_error *error)
@@ -181,6 +191,7 @@ ry_status ry_pool_run(const ry_pool *pool, ry_error *error)
                               MAP_SHARED | MAP_ANONYMOUS, -1, 0);
     running r = {.pool = pool,
                  .shared = shared == MAP_FAILED ? NULL : shared,
+                 .held = RY_POOL_WAIT,
                  .pid = calloc(n, sizeof *r.pid),
                  .job = calloc(n, sizeof *r.job),
                  .job_list = calloc(n, sizeof *r.job_list),

@@ -7,6 +7,7 @@
 #define RY_STUDY_SWEEP_H
 
 #include "ryusa/ryusa.h"
+#include "study/farm.h"
 
 typedef struct ry_sweep_progress {
     int cases, ended, failed, running; /* of this call's share of the cases */
@@ -23,7 +24,8 @@ typedef struct ry_sweep_options {
     int cores; /* 0: all that this process may use */
     int resume, force;
     int merge;         /* no runs: makes the table of what is there */
-    int shard, shards; /* 1..shards: every shards-th case; shards 0: all */
+    int shard, shards;   /* 1..shards: every shards-th case; shards 0: all */
+    const ry_farm *farm; /* the processes that share the cases; NULL: this one does all */
     /* As in ry_run_options; about ten times a second. */
     int (*progress)(void *data, const ry_sweep_progress *progress);
     void *data;
@@ -37,7 +39,11 @@ typedef struct ry_sweep_result {
     char failure[700]; /* the first case that failed, and why */
 } ry_sweep_result;
 
-/* RY_OK if every case is done (of a shard: its own), RY_UNPHYSICAL if some failed: the others are done
+/* With a farm: called by all of its processes, with the same options. The result and the news are those
+ * of process 0; the others return RY_OK when they are sent home, whatever has become of the cases, or
+ * RY_STOPPED if process 0 is gone.
+ *
+ * RY_OK if every case is done (of a shard: its own), RY_UNPHYSICAL if some failed: the others are done
  * and the table is written. RY_STOPPED: saved. */
 ry_status ry_sweep(const ry_sweep_options *options, ry_sweep_result *result, ry_error *error);
 

@@ -130,7 +130,7 @@ ry_status ry_sweep_store_look(const ry_sweep_store *store, const char *descripti
     char *then = NULL;
     RY_TRY(read_description(store, &then, error));
     if (then == NULL) {
-        return ry_fail(error, RY_BAD_FILE, "%s: there is no sweep to merge", store->folder);
+        return ry_fail(error, RY_BAD_FILE, "%s: there is no sweep here", store->folder);
     }
     const ry_status status = compare(store, description, then, error);
     free(then);
@@ -215,8 +215,23 @@ static ry_status make_folder(const ry_sweep_store *store, ry_error *error)
     return RY_OK;
 }
 
-/* The lock file is never written; its bytes are what is locked: one for each shard, and one for OUT.h5. */
+/* The lock file is never written; its bytes are what is locked: one for each shard (all of them for a
+ * sweep without shards), one for OUT.h5, then one for each further process of each shard. */
 #define TABLE_BYTE ((off_t)1 << 30)
+#define MOST_RANKS ((off_t)1 << 20)
+
+static off_t rank_byte(int shard, int rank)
+{
+    return rank == 0 ? shard : TABLE_BYTE + 1 + MOST_RANKS * shard + rank;
+}
+
+/* 1: the lock is ours, or there are no locks: such a file system can't tell who else is there; that is
+ * the user's care. */
+static int try_lock(const ry_sweep_store *store, short type, off_t start, off_t length)
+{
+    struct flock lock = {.l_type = type, .l_whence = SEEK_SET, .l_start = start, .l_len = length};
+    return fcntl(store->lock, F_OFD_SETLK, &lock) == 0 || (errno != EAGAIN && errno != EACCES);
+}
 
 static ry_status open_lock(ry_sweep_store *store, ry_error *error)
 {
@@ -234,22 +249,46 @@ static ry_status open_lock(ry_sweep_store *store, ry_error *error)
     return status;
 }
 
-/* A sweep that was just killed holds its lock until its workers have saved, so this waits a little. A
- * file system without locks can't tell who else is there; that is the user's care. */
+/* 1: no process that an earlier sweep had beside its process 0 is left. */
+static int are_others_gone(const ry_sweep_store *store, int shard, int shards)
+{
+    const off_t first = rank_byte(0, 1);
+    const off_t own = rank_byte(shard, 1), length = shards > 0 ? MOST_RANKS - 1 : 0; /* 0: to the end */
+    return try_lock(store, F_WRLCK, first, length) && try_lock(store, F_UNLCK, first, length) &&
+           try_lock(store, F_WRLCK, own, length) && try_lock(store, F_UNLCK, own, length);
+}
+
+/* A sweep that was just killed holds its locks until its cases have been saved, so this waits a little. */
 static ry_status take_lock(ry_sweep_store *store, int shard, int shards, ry_error *error)
 {
     RY_TRY(open_lock(store, error));
+    int mine = 0;
     for (int k = 0; k <= LOCK_TRIES; k++) {
-        struct flock lock = {.l_type = F_WRLCK,
-                             .l_whence = SEEK_SET,
-                             .l_start = shards > 0 ? shard : 0,
-                             .l_len = shards > 0 ? 1 : TABLE_BYTE};
-        if (fcntl(store->lock, F_OFD_SETLK, &lock) == 0 || (errno != EAGAIN && errno != EACCES)) {
+        mine = mine || try_lock(store, F_WRLCK, shards > 0 ? shard : 0, shards > 0 ? 1 : TABLE_BYTE);
+        if (mine && are_others_gone(store, shard, shards)) {
             return RY_OK;
         }
         usleep(LOCK_WAIT_US);
     }
     return ry_fail(error, RY_BAD_FILE, "%s: in use by another sweep", store->folder);
+}
+
+ry_status ry_sweep_store_join(ry_sweep_store *store, const char *description, int shard, int rank,
+                              ry_error *error)
+{
+    RY_TRY(ry_sweep_store_look(store, description, error));
+    RY_TRY(open_lock(store, error));
+    try_lock(store, F_WRLCK, rank_byte(shard, rank), 1);
+    return RY_OK;
+}
+
+int ry_sweep_store_is_there(const ry_sweep_store *store, int shard, int rank)
+{
+    struct flock lock = {.l_type = F_WRLCK,
+                         .l_whence = SEEK_SET,
+                         .l_start = rank_byte(shard, rank),
+                         .l_len = 1};
+    return fcntl(store->lock, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
 }
 
 ry_status ry_sweep_store_lock_table(ry_sweep_store *store, ry_error *error)

@@ -45,6 +45,15 @@ ry_status ry_sweep_store_open(ry_sweep_store *store, const char *description, in
 ry_status ry_sweep_store_look(const ry_sweep_store *store, const char *description,
                               ry_error *error);
 
+/* Of a sweep that several processes share (study/farm.h): process `rank`, 1 or above, says that it is
+ * there, until the store is closed and all its children have ended. Process 0 has opened the store.
+ * RY_BAD_FILE if the folder can't be seen, or holds another sweep. */
+ry_status ry_sweep_store_join(ry_sweep_store *store, const char *description, int shard, int rank,
+                              ry_error *error);
+
+/* 1: process `rank` or one of its children is there; 0: it isn't, or the file system can't tell. */
+int ry_sweep_store_is_there(const ry_sweep_store *store, int shard, int rank);
+
 /* Waits for the right to write OUT.h5, and keeps it until the store is closed. */
 ry_status ry_sweep_store_lock_table(ry_sweep_store *store, ry_error *error);
 
