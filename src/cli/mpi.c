@@ -61,8 +61,9 @@ int ry_cli_mpi_begin(const ry_farm **farm)
                  : RY_OK;
 }
 
-void ry_cli_mpi_end(void)
+void ry_cli_mpi_end(int gone)
 {
+    (void)gone;
 }
 
 #else
@@ -172,12 +173,14 @@ int ry_cli_mpi_begin(const ry_farm **farm)
     return RY_OK;
 }
 
-void ry_cli_mpi_end(void)
+void ry_cli_mpi_end(int gone)
 {
     for (int k = 0; k < END_TRIES && clear_letters(); k++) {
         usleep(END_WAIT_US);
     }
-    MPI_Finalize();
+    if (!gone) {
+        MPI_Finalize();
+    }
 }
 
 #endif

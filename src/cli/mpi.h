@@ -20,7 +20,8 @@ int ry_cli_mpi_rank(void);
 /* RY_OK and *farm, NULL for a lone process; otherwise reported. */
 int ry_cli_mpi_begin(const ry_farm **farm);
 
-/* When every process has done its work. */
-void ry_cli_mpi_end(void);
+/* When every process has done its work. gone: not every one is there any more; then MPI is left without
+ * the farewell, in which it would wait for that one. */
+void ry_cli_mpi_end(int gone);
 
 #endif

@@ -196,7 +196,7 @@ static void print_summary(const arguments *a, const ry_sweep_result *r)
     }
 }
 
-static int run(const arguments *a, const ry_farm *farm)
+static int run(const arguments *a, const ry_farm *farm, int *gone)
 {
     const int is_silent = farm && farm->rank > 0; /* process 0 speaks for all */
     const char *const term = getenv("TERM");
@@ -219,10 +219,15 @@ static int run(const arguments *a, const ry_farm *farm)
                                    .data = &d};
     ry_cli_catch_signals();
     const ry_status status = ry_sweep(&wish, &result, &error);
+    *gone = result.gone;
     if (d.terminal && !d.quiet) {
         fputs("\r\033[K", stderr);
     }
     if (is_silent) {
+        if (status == RY_STOPPED) {
+            fprintf(stderr, "ryusa: process %d of %d: the one that hands out the cases is gone; saved, --resume goes on\n",
+                    farm->rank + 1, farm->size);
+        }
         return status;
     }
     if (status == RY_STOPPED) {
@@ -264,16 +269,17 @@ int ry_cli_sweep(int argc, char **argv)
 {
     arguments a = {0};
     const ry_farm *farm = NULL;
+    int gone = 0;
     int status = parse_once(argc, argv, &a);
     if (status == RY_OK) {
         status = ry_cli_mpi_begin(&farm);
     }
     if (status == RY_OK) {
-        status = run(&a, farm);
+        status = run(&a, farm, &gone);
     }
     if (farm) {
         fflush(stdout);
-        ry_cli_mpi_end();
+        ry_cli_mpi_end(gone);
     }
     free(a.default_output);
     free(a.overrides.text);

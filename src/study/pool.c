@@ -162,19 +162,20 @@ static void look(running *r)
 static ry_status run_all(running *r, ry_error *error)
 {
     ry_status status = RY_OK;
-    int changed = 1;
-    for (int turn = 0;; turn++) {
+    int changed = 0;
+    for (int turn = 1;; turn++) {
         if (r->pool->turn != NULL) {
             r->pool->turn(r->pool->data);
+        }
+        /* Before one is begun: the signal that ended a child may be for all. */
+        if (changed || turn % LOOKS_PER_CALL == 0) {
+            look(r);
         }
         if (status == RY_OK) {
             status = begin_all(r, error);
             if (status != RY_OK) {
                 stop_all(r);
             }
-        }
-        if (changed || turn % LOOKS_PER_CALL == 0) {
-            look(r);
         }
         if (r->n_running == 0 && (r->held == RY_POOL_END || status != RY_OK)) {
             return status;

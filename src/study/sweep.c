@@ -175,9 +175,6 @@ static ry_status work(ry_sweep_run *run, const char *description)
     }
     RY_TRY(choose(run));
     RY_TRY(ry_sweep_cases_run(run));
-    if (run->farm != NULL) {
-        ry_sweep_farm_dismiss(run);
-    }
     return finish(run);
 }
 

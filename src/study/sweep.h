@@ -35,6 +35,7 @@ typedef struct ry_sweep_result {
     int cases, done, failed, missing; /* of all; missing: not run yet */
     int shard_cases;                  /* of these were this call's */
     int table;                        /* 1: OUT.h5 was written */
+    int gone; /* 1: another process of the farm is, so that all can't take leave of each other */
     double seconds;
     char failure[700]; /* the first case that failed, and why */
 } ry_sweep_result;

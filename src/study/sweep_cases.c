@@ -84,7 +84,7 @@ int ry_sweep_cases_work(void *data, int index, ry_pool_worker *worker)
 
 static double seconds_left(const ry_sweep_run *run, double work_running)
 {
-    const double now = run->work_ended + work_running;
+    const double now = fmin(run->work_ended + work_running, run->work_all);
     const double done = now - run->work_before, elapsed = ry_clock() - run->started;
     return done > 0.0 && elapsed > 1.0 ? (run->work_all - now) / done * elapsed : NAN;
 }
@@ -96,7 +96,7 @@ static int report(ry_sweep_run *run, int running, double work_running, const cha
         .ended = run->n_ended,
         .failed = run->n_failed,
         .running = running,
-        .share = run->work_all > 0.0 ? (run->work_ended + work_running) / run->work_all : 1.0,
+        .share = run->work_all > 0.0 ? fmin((run->work_ended + work_running) / run->work_all, 1.0) : 1.0,
         .seconds_left = seconds_left(run, work_running),
         .news = news};
     if (run->options->progress != NULL && run->options->progress(run->options->data, &p)) {

@@ -42,6 +42,7 @@ typedef struct answer {
     int job; /* a new case; -1: none */
     int threads;
     double work; /* of that case */
+    int gone;    /* a process of the farm is */
 } answer;
 
 /* Time that this process has seen go by: one that was suspended has not listened either. */
@@ -147,8 +148,10 @@ static void notice_the_gone(ry_sweep_run *run)
         m->silence += seen;
         if (m->is_visible && is_time_to_look(m->silence, seen) &&
             !ry_sweep_store_is_there(&run->store, run->options->shard, rank)) {
+            run->result->gone = 1;
             part_with(run, rank, "is gone");
         } else if (m->silence > GONE_AFTER && !(m->is_visible && m->state == HERE)) {
+            run->result->gone = 1;
             part_with(run, rank, "has not been heard for a minute");
         }
     }
@@ -173,7 +176,10 @@ static answer decide(ry_sweep_run *run, int rank, const request *q)
 {
     ry_sweep_farm *const f = run->farm;
     const int ending = run->stopping || run->broken;
-    answer a = {.order = ending ? STOP : GO_ON, .job = -1, .threads = run->threads};
+    answer a = {.order = ending ? STOP : GO_ON,
+                .job = -1,
+                .threads = run->threads,
+                .gone = run->result->gone};
     if (q->idle > 0) {
         a.job = ry_sweep_cases_take(run);
     }
@@ -181,8 +187,7 @@ static answer decide(ry_sweep_run *run, int rank, const request *q)
         f->holder[a.job] = rank;
         f->n_out++;
         a.work = run->cases[a.job].work;
-    } else if (q->running == 0 &&
-               (ending || (run->head == run->n_queue && f->n_out == 0))) {
+    } else if (q->running == 0 && ending) {
         a.order = GO_HOME;
     }
     return a;
@@ -192,7 +197,7 @@ static void take_request(ry_sweep_run *run, int rank, const request *q)
 {
     ry_sweep_farm *const f = run->farm;
     member *const m = &f->member[rank];
-    answer a = {.order = GO_HOME, .job = -1, .threads = 1};
+    answer a = {.order = GO_HOME, .job = -1, .threads = 1, .gone = 1};
     if (q->kind == LEAVE) {
         if (m->state != GONE) {
             part_with(run, rank, q->text);
@@ -288,6 +293,7 @@ static void take_answer(worker *w)
         w->silence = 0.0;
         w->since = ry_clock();
         w->order = a.order;
+        w->run->result->gone = a.gone;
         w->threads = a.threads;
         w->is_hungry = a.job >= 0;
         if (a.job >= 0) {
@@ -302,6 +308,7 @@ static void take_answer(worker *w)
                       !ry_sweep_store_is_there(&w->run->store, w->run->options->shard, 0)) ||
                      (!w->sees_parent && w->silence > GONE_AFTER))) {
         w->is_orphan = 1;
+        w->run->result->gone = 1;
     }
 }
 
@@ -331,6 +338,7 @@ static void on_ended(void *data, int job, int exit_code, int killed_by)
     worker *const w = data;
     request *const q = &w->told[w->n_told++];
     *q = (request){.kind = ENDED, .job = job, .exit_code = exit_code, .killed_by = killed_by};
+    w->work = fmax(w->work - w->run->cases[job].work, 0.0);
     if (exit_code == 0 && killed_by == 0) {
         ry_sweep_store_read(&w->run->store, job, &q->record, NULL);
     }
