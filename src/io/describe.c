@@ -391,8 +391,11 @@ ry_status ry_result_describe(const char *path, ry_write_fn *write, void *data, r
 {
     ry_h5 file;
     RY_TRY(ry_h5_open(&file, path, -1, RY_H5_READ, error));
-    const ry_status status = ry_parameters_check_ours(file.id, path, error);
-    if (status == RY_OK) {
+    const int is_table = ry_table_is_ours(file.id);
+    const ry_status status = is_table ? RY_OK : ry_parameters_check_ours(file.id, path, error);
+    if (is_table) {
+        ry_table_describe(file.id, path, write, data);
+    } else if (status == RY_OK) {
         page to = {write, data, file.id};
         tell_head(&to, path);
         tell_grains(&to);

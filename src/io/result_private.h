@@ -44,6 +44,10 @@ ry_status ry_lock_check_path(const char *path, ry_error *error);
 /* path with `suffix`; NULL without memory. */
 char *ry_lock_path(const char *path, const char *suffix);
 
+/* Of a file that ry_table_file has made (describe_table.c): whether it is one, and what it holds. */
+int ry_table_is_ours(hid_t file);
+void ry_table_describe(hid_t file, const char *path, ry_write_fn *write, void *data);
+
 /* parameters.c */
 int ry_parameters_write(hid_t file, const ry_config *config);
 /* Fails with RY_BAD_INPUT and the list of keys unless the file's scene is `config`, but for what may
