@@ -123,6 +123,52 @@ class Sweep(unittest.TestCase):
         self.assertEqual(self.hashes("one.h5"), self.hashes("seven.h5"))
         self.assertEqual(self.hashes("one.h5")[1], alone)
 
+    def test_cores_of_a_case(self):
+        # 20 000 grains on two cores: each of two cases one core; a case alone both, if there are two
+        (self.folder / "scene.yaml").write_text(SCENE.replace("columns: 6, layers: 3", "columns: 1000, layers: 20"))
+        self.write("vary: {fluid.shields: [0.3, 0.5]}\nset: {time.end: 0.1 ms, time.settle: 0, output.fields: [flux]}\n")
+        two = min(2, len(os.sched_getaffinity(0)))
+        for cases, threads in ((2, 1), (1, two)):
+            if cases == 1:
+                self.write("vary: {fluid.shields: [0.3]}\nset: {time.end: 0.1 ms, time.settle: 0, output.fields: [flux]}\n")
+            self.sweep("--force", "-j", "2")
+            with h5py.File(self.folder / "s.h5") as file:
+                self.assertEqual([r["cost"].attrs["threads"] for r in file["results"].values()], [threads] * cases)
+        # small ones never get two
+        (self.folder / "scene.yaml").write_text(SCENE)
+        self.sweep("--force", "-j", "2", "-s", "time.end=0.2 ms")
+        with h5py.File(self.folder / "s.h5") as file:
+            self.assertEqual(file["results/case-0001/cost"].attrs["threads"], 1)
+
+    def info(self, name):
+        r = subprocess.run([PROGRAM, "info", name], cwd=self.folder, text=True, stdout=subprocess.PIPE,
+                           stderr=subprocess.PIPE)
+        self.assertEqual((r.returncode, r.stderr), (0, ""))
+        return r.stdout
+
+    def test_info(self):
+        self.write("vary:\n  contact.alpha_cn: [0.1, 0.2, 50]\n  contact.law: [cundall, energy]\n"
+                   "  grains.diameter: [0.4 mm, 0.5 mm]\nreplicas: 2\ntitle: of three keys\n")
+        self.sweep("-q", "--shard", "1/2", status=3)  # the first replicas; one law refuses alpha_cn = 50
+        self.sweep("-q", "--merge", status=3)
+        text, t = self.info("s.h5"), self.table()
+        done = t["cases/status"] == 0
+        q = t["cases/q_star"][done]
+        self.assertIn("table of       ryusa sweep\n", text)
+        self.assertIn("title          of three keys\n", text)
+        self.assertIn("cases          24: 10 done, 2 failed, 12 missing\n", text)
+        self.assertIn("points         12, each with 2 replicas\n", text)
+        self.assertRegex(text, r"(?m)^  contact.alpha_cn +0.1 to 50, 3 values$")
+        self.assertRegex(text, r"(?m)^  contact.law +cundall, energy$")
+        self.assertRegex(text, r"(?m)^  grains.diameter +0.0004 to 0.0005 m, 2 values$")
+        self.assertIn(f"q*             {q.min():.4g} to {q.max():.4g}\n", text)
+        self.assertRegex(text, r"(?m)^  case 17 \(contact.alpha_cn=50, contact.law=cundall, .*, status 2: .*alpha_cn")
+        self.assertEqual(len(re.findall(r"(?m)^ +\d+ +0\.5 ", text)), 10)  # rows of points
+        with h5py.File(self.folder / "s.h5", "a") as file:  # a table of which some is missing
+            del file["cases/q_star"], file["inputs/contact.law"], file["points/shields"], file["cases/changes"]
+            file.attrs["replicas"] = "many"
+        self.assertIn("2 failed, 12 missing", self.info("s.h5"))
+
     def draw(self, *words):
         script = Path(os.environ["SOURCE_DIR"]) / "postprocess/sweep.py"
         return subprocess.run([sys.executable, "-B", script, *words], cwd=self.folder, text=True, timeout=120,
@@ -334,7 +380,7 @@ class Sweep(unittest.TestCase):
         (self.folder / "s.yaml").write_text("vary: {fluid.shields: [0.1]}\n")
         self.refuses(2, "s.yaml", says=["scene: not given"])
         (self.folder / "s.yaml").write_text("scene: nowhere.yaml\nvary: {fluid.shields: [0.1]}\n")
-        self.refuses(4, "s.yaml", says=["nowhere.yaml: can't be opened"])
+        self.refuses(4, "s.yaml", says=["s.yaml:1: scene: nowhere.yaml: can't be opened"])
         self.refuses(4, "nowhere.yaml", says=["nowhere.yaml"])
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["s.yaml", "scene.yaml"])
 
@@ -351,6 +397,34 @@ class Sweep(unittest.TestCase):
         (self.folder / "full.d/mine.txt").write_text("mine")
         self.refuses(4, "s.yaml", "-o", "full.h5", "--force", says=["full.d", "holds no sweep"])
         self.assertEqual([p.name for p in (self.folder / "full.d").iterdir()], ["mine.txt"])
+
+
+    def test_no_permission(self):
+        if os.getuid() == 0 and subprocess.run([PROGRAM, "--version"], user=65534, stdout=subprocess.DEVNULL,
+                                               stderr=subprocess.DEVNULL).returncode != 0:
+            self.skipTest("root may write everywhere, and others can't start the program")
+        other = {"user": 65534} if os.getuid() == 0 else {}
+
+        def refused(*words, says):
+            r = subprocess.run([PROGRAM, "sweep", "s.yaml", *words], cwd=self.folder, text=True, env=PLAIN,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, timeout=60, **other)
+            self.assertEqual((r.returncode, r.stdout), (4, ""), r.stderr)
+            self.assertIn(says, r.stderr)
+            self.assertIn("Permission denied", r.stderr)
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\n")
+        self.sweep("-q")
+        self.addCleanup(self.folder.chmod, 0o755)
+        self.folder.chmod(0o555)
+        refused("-o", "new.h5", says="new.h5")
+        (self.folder / "s.d").chmod(0o555)
+        refused("--resume", says="s.h5")
+        self.folder.chmod(0o777)
+        refused("--resume", says="s.d: can't be written to")
+        (self.folder / "scene.yaml").chmod(0)
+        refused("--resume", says="s.yaml:1: scene: scene.yaml: can't be opened")
+        self.assertEqual(self.table()["cases/status"].tolist(), [0, 0])
+        self.assertEqual(sorted(p.name for p in (self.folder / "s.d").glob("*.h5")), ["case-0001.h5", "case-0002.h5"])
+        (self.folder / "s.d").chmod(0o755)
 
 
 if __name__ == "__main__":

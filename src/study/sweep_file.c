@@ -2,9 +2,11 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors */
 #include "study/sweep_file.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "base/memory.h"
 #include "base/text.h"
@@ -317,7 +319,15 @@ static ry_status read_scene(parser *p, const yaml_node_t *node)
     const char *const slash = name[0] != '/' ? strrchr(p->file->path, '/') : NULL;
     const int folder = slash != NULL ? (int)(slash - p->file->path) + 1 : 0;
     p->file->scene = ry_text_print("%.*s%s", folder, p->file->path, name);
-    return p->file->scene != NULL ? RY_OK : no_memory(p);
+    if (p->file->scene == NULL) {
+        return no_memory(p);
+    }
+    if (access(p->file->scene, R_OK) != 0) {
+        return ry_fail(p->error, RY_BAD_FILE, "%s:%d: scene: %s: can't be opened: %s",
+                       p->file->path, ry_yaml_place(p->reader.place, node).line, p->file->scene,
+                       strerror(errno));
+    }
+    return RY_OK;
 }
 
 static ry_status read_sampling(parser *p, const yaml_node_t *node)
