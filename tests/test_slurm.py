@@ -30,7 +30,7 @@ except ImportError as missing:
     skip(f"{missing}; Debian: apt install python3-h5py")
 
 PROGRAM, SOURCE = os.environ["RYUSA"], Path(os.environ["SOURCE_DIR"])
-NEEDED = ("munged", "slurmctld", "slurmd", "sbatch", "scancel", "scontrol", "squeue")
+NEEDED = ("munged", "slurmctld", "slurmd", "sbatch", "scancel", "scontrol", "squeue", "srun")
 PATH = os.environ["PATH"] + ":/usr/sbin:/sbin"
 TOOL = {name: shutil.which(name, path=PATH) for name in NEEDED}
 if None in TOOL.values():
@@ -111,6 +111,10 @@ class Cluster:
         return subprocess.run([TOOL[name], *words], env=self.environment, text=True, timeout=60, cwd=self.folder,
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE, **options)
 
+    def tell_all(self, *words):
+        r = self.run(*words)
+        return r.stdout + r.stderr
+
     def is_up(self):
         r = self.run("scontrol", "show", "node", "node")
         return r.returncode == 0 and "State=IDLE" in r.stdout
@@ -167,6 +171,7 @@ class Array(unittest.TestCase):
     def setUp(self):
         self.folder = FOLDER / "work"
         self.folder.mkdir()
+        self.addCleanup(shutil.rmtree, self.folder)
         (self.folder / "scene.yaml").write_text(
             "time: {step: 20 us, end: 6 s, settle: 2 ms}\ngrains: {columns: 6, layers: 3, seed: 3}\n"
             "output: {interval: 2 ms, checkpoint: 0.1 s, fields: [flux]}\n")
@@ -224,6 +229,11 @@ class Array(unittest.TestCase):
         with h5py.File(self.folder / name) as file:
             return {f"{g}/{k}": v[()] for g in ("cases", "inputs", "points") for k, v in file[g].items()}
 
+    def assert_like_plain(self):
+        ours, plain = self.table("s.h5"), self.table("plain.h5")
+        for key in plain.keys() - {"cases/wall_seconds", "cases/file"}:
+            np.testing.assert_array_equal(ours[key], plain[key], key)
+
     def test_array(self):
         subprocess.run([PROGRAM, "sweep", "s.yaml", "-q", "-o", "plain.h5"], cwd=self.folder, check=True, env=PLAIN)
         out = self.tell("sbatch", "--parsable", "--array=1-2", "--cpus-per-task=1", f"--chdir={self.folder}",
@@ -247,9 +257,23 @@ class Array(unittest.TestCase):
             self.assertEqual(self.state(task).get("JobState"), "COMPLETED", self.logs())
             with h5py.File(self.folder / f"s.d/{case}.h5") as file:
                 self.assertEqual(file.attrs["seen"], 1, f"{case} was begun anew")
-        ours, plain = self.table("s.h5"), self.table("plain.h5")
-        for key in plain.keys() - {"cases/wall_seconds", "cases/file"}:
-            np.testing.assert_array_equal(ours[key], plain[key], key)
+        self.assert_like_plain()
+
+
+    def test_srun(self):
+        """srun starts the processes of one farm, which speak MPI."""
+        about = subprocess.run([PROGRAM, "sweep", "--help"], text=True, stdout=subprocess.PIPE).stdout
+        if "built with MPI" not in " ".join(about.split()):
+            self.skipTest("ryusa was built without MPI")
+        if "pmix" not in CLUSTER.tell_all("srun", "--mpi=list"):
+            self.skipTest("this Slurm has no PMIx")
+        words = [PROGRAM, "sweep", "s.yaml", "-s", "time.end=3 s"]
+        subprocess.run([*words, "-q", "-o", "plain.h5"], cwd=self.folder, check=True, env=PLAIN)
+        r = CLUSTER.run("srun", "--mpi=pmix", "-n", "2", f"--chdir={self.folder}", *words)
+        self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
+        self.assertEqual(r.stdout.count("4 of 4 done"), 1, r.stdout)
+        self.assertIn("2 running", r.stderr)
+        self.assert_like_plain()
 
 
 if __name__ == "__main__":
