@@ -4,7 +4,7 @@
 """The rules that keep the source readable, checked on the text.
 
 Folders are layers: a file includes its own folder or one to the left in LAYERS. Beyond that: only io
-knows HDF5, only analysis FFTW, only cli prints and ends the program; io and analysis do not know each
+knows HDF5, only analysis FFTW, only cli MPI, only cli prints and ends the program; io and analysis do not know each
 other; what computes (up to stage) gets numbers, not options. The shared library shows the names marked
 RY_API and no others. Functions and files have an end. No file names a place on somebody's machine.
 """
@@ -19,7 +19,8 @@ LAYERS = {"base": 0, "law": 1, "store": 2, "config": 3, "stage": 4, "scene": 5, 
           "sim": 7, "study": 8, "cli": 9}
 PUBLIC = {"ryusa/status.h": 0, "ryusa/config.h": 3, "ryusa/config.def": 3, "ryusa/ryusa.h": 3}
 NO_OPTIONS = {"base", "law", "store", "stage"}
-ONLY_IN = {"hdf5.h": "io", "hdf5_hl.h": "io", "fftw3.h": "analysis", "nlopt.h": "analysis", "argp.h": "cli", "yaml.h": "config"}
+ONLY_IN = {"hdf5.h": "io", "hdf5_hl.h": "io", "fftw3.h": "analysis", "nlopt.h": "analysis", "argp.h": "cli", "mpi.h": "cli",
+           "yaml.h": "config"}
 PRINTS = re.compile(r"(?<!format\()(?<!format \()\b(?:v?printf|puts|putchar|perror|_?exit|quick_exit|stdout|stderr)\b(?!\.)")
 LONGEST_FUNCTION, LONGEST_FILE, LONGEST_TEST, LONGEST_LINE = 120, 600, 1000, 120
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * ryusa info: what a result file holds. */
+ * ryusa info: what a result file, or the table of a sweep, holds. */
 #include <stdlib.h>
 
 #include "cli/cli.h"
@@ -20,8 +20,8 @@ static const struct argp argp = {
     .parser = parse,
     .args_doc = "FILE.h5",
     .doc =
-        "Says what a result file holds, in words and numbers. A FILE.h5.part of a run that goes on, "
-        "or was killed, can be read as well.",
+        "Says what a result file, or the table of a sweep, holds, in words and numbers. A FILE.h5.part of a "
+        "run that goes on, or was killed, can be read as well.",
 };
 
 int ry_cli_info(int argc, char **argv)

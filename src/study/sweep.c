@@ -6,7 +6,6 @@
  * records and the files tell what is still to be done. */
 #include "study/sweep.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,8 +16,6 @@
 #include "base/text.h"
 #include "io/table_file.h"
 #include "scene/scene.h"
-#include "sim/plan.h"
-#include "study/pool.h"
 #include "study/sweep_private.h"
 
 static double work_of(const ry_config *config)
