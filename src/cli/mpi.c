@@ -29,7 +29,8 @@ static int from_environment(const char *const *names, int otherwise)
 
 static int started_together(void)
 {
-    static const char *const names[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SIZE", NULL};
+    static const char *const names[] = {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MV2_COMM_WORLD_SIZE",
+                                        NULL};
     if (getenv("PMIX_RANK") && getenv("SLURM_STEP_NUM_TASKS") && !getenv(names[0])) {
         return (int)strtol(getenv("SLURM_STEP_NUM_TASKS"), NULL, 10);
     }
@@ -38,8 +39,8 @@ static int started_together(void)
 
 int ry_cli_mpi_rank(void)
 {
-    static const char *const names[] = {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "MV2_COMM_WORLD_RANK",
-                                        NULL};
+    static const char *const names[] = {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK",
+                                        "MV2_COMM_WORLD_RANK", NULL};
     return started_together() > 1 ? from_environment(names, 0) : 0;
 }
 
@@ -56,9 +57,12 @@ int ry_cli_mpi_begin(const ry_farm **farm)
 {
     const int n = started_together();
     *farm = NULL;
-    return n > 1 ? refuse("started as one of %d processes, but this ryusa was built without MPI (Debian: "
-                          "libopenmpi-dev, then build again); or give each its --shard I/N", n)
-                 : RY_OK;
+    return n > 1
+               ? refuse(
+                     "started as one of %d processes, but this ryusa was built without MPI (Debian: "
+                     "libopenmpi-dev, then build again); or give each its --shard I/N",
+                     n)
+               : RY_OK;
 }
 
 void ry_cli_mpi_end(int gone)
@@ -164,8 +168,10 @@ int ry_cli_mpi_begin(const ry_farm **farm)
     MPI_Comm_size(MPI_COMM_WORLD, &f.size);
     if (f.size != n) {
         MPI_Finalize();
-        return refuse("started as one of %d processes that MPI does not know of: mpirun is of another MPI than "
-                      "the one that ryusa was built with", n);
+        return refuse(
+            "started as one of %d processes that MPI does not know of: mpirun is of another MPI than "
+            "the one that ryusa was built with",
+            n);
     }
     f.cores = own_cores();
     MPI_Allreduce(&f.cores, &f.all_cores, 1, MPI_INT, MPI_SUM, MPI_COMM_WORLD);

@@ -9,9 +9,11 @@
 #include "study/farm.h"
 
 #ifdef RY_HAVE_MPI
-#define RY_CLI_MPI_ABOUT "This ryusa was built with MPI: `mpirun -n K ryusa sweep ...' shares the cases among K processes."
+#define RY_CLI_MPI_ABOUT \
+    "This ryusa was built with MPI: `mpirun -n K ryusa sweep ...' shares the cases among K processes."
 #else
-#define RY_CLI_MPI_ABOUT "This ryusa was built without MPI: mpirun can't share the cases among processes, --shard can."
+#define RY_CLI_MPI_ABOUT \
+    "This ryusa was built without MPI: mpirun can't share the cases among processes, --shard can."
 #endif
 
 /* This process's number among those started together, 0 if it is alone, as the launcher tells it. */

@@ -34,7 +34,8 @@ __attribute__((format(printf, 2, 3))) static void say(const page *to, const char
 static int length(const page *of, const char *path)
 {
     ry_h5_shape shape;
-    return ry_h5_exists(of->file, path) && ry_h5_get_shape(of->file, path, &shape) == 0 && shape.rank == 1
+    return ry_h5_exists(of->file, path) && ry_h5_get_shape(of->file, path, &shape) == 0 &&
+                   shape.rank == 1
                ? (int)shape.size[0]
                : 0;
 }
@@ -141,10 +142,11 @@ static void tell_numbers(const page *to, const char *key, const char *path, doub
 {
     char *unit = NULL;
     const int distinct = sort_distinct(value, n);
-    const int has_unit = ry_h5_get_text(to->file, path, "unit", &unit) == 0 && strcmp(unit, "1") != 0;
+    const int has_unit =
+        ry_h5_get_text(to->file, path, "unit", &unit) == 0 && strcmp(unit, "1") != 0;
     if (distinct > 0) {
-        say(to, "  %-22s %.6g to %.6g%s%s, %d values\n", key, value[0], value[distinct - 1], has_unit ? " " : "",
-            has_unit ? unit : "", distinct);
+        say(to, "  %-22s %.6g to %.6g%s%s, %d values\n", key, value[0], value[distinct - 1],
+            has_unit ? " " : "", has_unit ? unit : "", distinct);
     }
     free(unit);
 }
@@ -174,8 +176,8 @@ static void tell_inputs(const page *to, int n)
 }
 
 /* Of the cases that are done. */
-static void tell_range(const page *to, const char *label, const char *path, const double *status, int n,
-                       const char *unit)
+static void tell_range(const page *to, const char *label, const char *path, const double *status,
+                       int n, const char *unit)
 {
     double *const value = numbers(to, path, n);
     for (int k = 0; k < n && value != NULL; k++) {
@@ -204,13 +206,17 @@ static void tell_cost(const page *to, int n)
 static void tell_points(const page *to)
 {
     const int n = length(to, "points/q_star");
-    double *const theta = numbers(to, "points/shields", n), *const q = numbers(to, "points/q_star", n);
+    double *const theta = numbers(to, "points/shields", n), *const q =
+                                                                numbers(to, "points/q_star", n);
     double *const error = numbers(to, "points/q_star_standard_error", n);
-    double *const first = numbers(to, "points/first_case", n), *const done = numbers(to, "points/replicas", n);
+    double *const first = numbers(to, "points/first_case", n), *const done = numbers(
+                                                                   to, "points/replicas", n);
     if (theta != NULL && q != NULL && error != NULL && first != NULL && done != NULL) {
-        say(to, "\npoints\n  %10s %10s %12s %12s %10s\n", "first case", "theta", "q*", "+-", "replicas");
+        say(to, "\npoints\n  %10s %10s %12s %12s %10s\n", "first case", "theta", "q*", "+-",
+            "replicas");
         for (int k = 0; k < n && k < MOST_POINTS; k++) {
-            say(to, "  %10.0f %10.4g %12.4g %12.2g %10.0f\n", first[k], theta[k], q[k], error[k], done[k]);
+            say(to, "  %10.0f %10.4g %12.4g %12.2g %10.0f\n", first[k], theta[k], q[k], error[k],
+                done[k]);
         }
         if (n > MOST_POINTS) {
             say(to, "  ... and %d more\n", n - MOST_POINTS);
@@ -225,14 +231,15 @@ static void tell_points(const page *to)
 
 static void tell_failures(const page *to, const double *status, int n)
 {
-    char **const changes = texts(to, "cases/changes", n), **const message = texts(to, "cases/message", n);
+    char **const changes = texts(to, "cases/changes", n),
+                 **const message = texts(to, "cases/message", n);
     int failed = 0;
     for (int k = 0; k < n; k++) {
         if (status[k] <= 0.0 || ++failed > MOST_FAILURES) {
             continue;
         }
-        say(to, "%s  case %d (%.150s), status %.0f: %.500s\n", failed == 1 ? "\nfailed\n" : "", k + 1,
-            changes != NULL ? changes[k] : "", status[k], message != NULL ? message[k] : "");
+        say(to, "%s  case %d (%.150s), status %.0f: %.500s\n", failed == 1 ? "\nfailed\n" : "",
+            k + 1, changes != NULL ? changes[k] : "", status[k], message != NULL ? message[k] : "");
     }
     if (failed > MOST_FAILURES) {
         say(to, "  ... and %d more, in /cases/message\n", failed - MOST_FAILURES);
@@ -270,7 +277,8 @@ static herr_t tell_array(hid_t file, const char *path, const H5L_info_t *info, v
         ry_h5_get_text(file, path, "unit", &unit);
         say(to, "  %-36s %5d", path, n);
         if (distinct > 0) {
-            say(to, "  %.5g to %.5g%s%s", value[0], value[distinct - 1], unit != NULL && strcmp(unit, "1") != 0 ? " " : "",
+            say(to, "  %.5g to %.5g%s%s", value[0], value[distinct - 1],
+                unit != NULL && strcmp(unit, "1") != 0 ? " " : "",
                 unit != NULL && strcmp(unit, "1") != 0 ? unit : "");
         }
         say(to, "%s%s\n", text != NULL ? "  " : "", text != NULL ? text : "");
@@ -284,7 +292,8 @@ static herr_t tell_array(hid_t file, const char *path, const H5L_info_t *info, v
 int ry_table_is_ours(hid_t file)
 {
     char *program = NULL;
-    const int ours = ry_h5_get_text(file, "/", "program", &program) == 0 && strncmp(program, "ryusa ", 6) == 0;
+    const int ours =
+        ry_h5_get_text(file, "/", "program", &program) == 0 && strncmp(program, "ryusa ", 6) == 0;
     free(program);
     return ours;
 }

@@ -23,7 +23,7 @@ typedef struct ry_sweep_options {
     int n_overrides;
     int cores; /* 0: all that this process may use */
     int resume, force;
-    int merge;         /* no runs: makes the table of what is there */
+    int merge;           /* no runs: makes the table of what is there */
     int shard, shards;   /* 1..shards: every shards-th case; shards 0: all */
     const ry_farm *farm; /* the processes that share the cases; NULL: this one does all */
     /* As in ry_run_options; about ten times a second. */

@@ -96,7 +96,8 @@ static int report(ry_sweep_run *run, int running, double work_running, const cha
         .ended = run->n_ended,
         .failed = run->n_failed,
         .running = running,
-        .share = run->work_all > 0.0 ? fmin((run->work_ended + work_running) / run->work_all, 1.0) : 1.0,
+        .share =
+            run->work_all > 0.0 ? fmin((run->work_ended + work_running) / run->work_all, 1.0) : 1.0,
         .seconds_left = seconds_left(run, work_running),
         .news = news};
     if (run->options->progress != NULL && run->options->progress(run->options->data, &p)) {

@@ -256,9 +256,9 @@ typedef struct worker {
     ry_sweep_run *run;
     const ry_farm *wire;
     int slots, threads; /* cases at a time, threads for each */
-    int n_running; /* begun or in hand, and not told yet that they have ended */
-    int hand;      /* a case that is to be begun; -1: none */
-    request *told; /* how cases have ended, to be told; a stack */
+    int n_running;      /* begun or in hand, and not told yet that they have ended */
+    int hand;           /* a case that is to be begun; -1: none */
+    request *told;      /* how cases have ended, to be told; a stack */
     int n_told;
     double work;
     order order;

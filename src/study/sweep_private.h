@@ -32,8 +32,8 @@ typedef struct ry_sweep_run {
     int head, n_queue;
     ry_sweep_farm *farm; /* what process 0 knows of the others; NULL: there are none */
     int threads;         /* of a case */
-    int stopping; /* the user asked for it */
-    int broken;   /* a record could not be written */
+    int stopping;        /* the user asked for it */
+    int broken;          /* a record could not be written */
     double started, work_all, work_before, work_ended;
     int n_mine, n_ended, n_failed;
 } ry_sweep_run;

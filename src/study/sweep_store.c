@@ -253,7 +253,8 @@ static ry_status open_lock(ry_sweep_store *store, ry_error *error)
 static int are_others_gone(const ry_sweep_store *store, int shard, int shards)
 {
     const off_t first = rank_byte(0, 1);
-    const off_t own = rank_byte(shard, 1), length = shards > 0 ? MOST_RANKS - 1 : 0; /* 0: to the end */
+    const off_t own = rank_byte(shard, 1),
+                length = shards > 0 ? MOST_RANKS - 1 : 0; /* 0: to the end */
     return try_lock(store, F_WRLCK, first, length) && try_lock(store, F_UNLCK, first, length) &&
            try_lock(store, F_WRLCK, own, length) && try_lock(store, F_UNLCK, own, length);
 }
@@ -264,7 +265,8 @@ static ry_status take_lock(ry_sweep_store *store, int shard, int shards, ry_erro
     RY_TRY(open_lock(store, error));
     int mine = 0;
     for (int k = 0; k <= LOCK_TRIES; k++) {
-        mine = mine || try_lock(store, F_WRLCK, shards > 0 ? shard : 0, shards > 0 ? 1 : TABLE_BYTE);
+        mine =
+            mine || try_lock(store, F_WRLCK, shards > 0 ? shard : 0, shards > 0 ? 1 : TABLE_BYTE);
         if (mine && are_others_gone(store, shard, shards)) {
             return RY_OK;
         }
@@ -284,10 +286,8 @@ ry_status ry_sweep_store_join(ry_sweep_store *store, const char *description, in
 
 int ry_sweep_store_is_there(const ry_sweep_store *store, int shard, int rank)
 {
-    struct flock lock = {.l_type = F_WRLCK,
-                         .l_whence = SEEK_SET,
-                         .l_start = rank_byte(shard, rank),
-                         .l_len = 1};
+    struct flock lock = {
+        .l_type = F_WRLCK, .l_whence = SEEK_SET, .l_start = rank_byte(shard, rank), .l_len = 1};
     return fcntl(store->lock, F_OFD_GETLK, &lock) == 0 && lock.l_type != F_UNLCK;
 }
 
