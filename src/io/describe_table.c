@@ -206,11 +206,11 @@ static void tell_cost(const page *to, int n)
 static void tell_points(const page *to)
 {
     const int n = length(to, "points/q_star");
-    double *const theta = numbers(to, "points/shields", n), *const q =
-                                                                numbers(to, "points/q_star", n);
+    double *const theta = numbers(to, "points/shields", n);
+    double *const q = numbers(to, "points/q_star", n);
     double *const error = numbers(to, "points/q_star_standard_error", n);
-    double *const first = numbers(to, "points/first_case", n), *const done = numbers(
-                                                                   to, "points/replicas", n);
+    double *const first = numbers(to, "points/first_case", n);
+    double *const done = numbers(to, "points/replicas", n);
     if (theta != NULL && q != NULL && error != NULL && first != NULL && done != NULL) {
         say(to, "\npoints\n  %10s %10s %12s %12s %10s\n", "first case", "theta", "q*", "+-",
             "replicas");
@@ -231,8 +231,8 @@ static void tell_points(const page *to)
 
 static void tell_failures(const page *to, const double *status, int n)
 {
-    char **const changes = texts(to, "cases/changes", n),
-                 **const message = texts(to, "cases/message", n);
+    char **const changes = texts(to, "cases/changes", n);
+    char **const message = texts(to, "cases/message", n);
     int failed = 0;
     for (int k = 0; k < n; k++) {
         if (status[k] <= 0.0 || ++failed > MOST_FAILURES) {
