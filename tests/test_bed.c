@@ -38,7 +38,7 @@ static void test_settling(void **state)
     (void)state;
     const double alpha_m[] = {10.0, 20.0, 60.0, 400.0}, alpha_cn[] = {0.1, 1.3, 20.0};
     /* the slowest mode of the bed dies out with zeta w0 over the square of the layers */
-    const double ends[4][3] = {{2.0, 2.0, 2.0}, {3.0, 2.0, 2.5}, {4.0, 2.0, 2.0}, {4.0, 2.0, 1.2}};
+    const double ends[4][3] = {{2.0, 2.0, 2.0}, {3.0, 2.0, 2.5}, {4.5, 2.0, 2.0}, {4.0, 2.0, 1.2}};
     int failed = 0;
     for (int seed = 1; seed <= 2; seed++) {
         for (int i = 0; i < 4; i++) {
@@ -117,11 +117,10 @@ static void test_stress_balance(void **state)
     printf("stress balance: off by at most %.2f %% of tau_b, at z = %.2f d (grains took %.2f %%)\n",
            100.0 * worst, worst_z / q.d, 100.0 * drift);
     const double integration = end_sample.integration / lost;
-    printf("sheared bed: integration %.1e of the losses; the goal of 1e-3 is %s\n", integration,
-           fabs(integration) <= 1e-3 ? "reached" : "MISSED");
+    printf("sheared bed: integration %.1e of the losses\n", integration);
     close_scene(s);
     assert_true(worst <= 0.02);
-    assert_true(fabs(integration) <= 1e-2); /* not the goal, see the line printed */
+    assert_true(fabs(integration) <= 1e-3);
 }
 
 /* ---- flux -------------------------------------------------------------------------------------------- */

@@ -11,8 +11,8 @@
  *  - The grains are not shifted. The spring is: it is relaxed at the overlap `rest` instead of 0, so
  *    that its stretch d - rest is the paper's corrected overlap. The force stays central and nothing
  *    jumps, which keeps angular momentum and leaves the other contacts of a grain alone.
- *  - Where one partner can't move, gravity is part of the balance. Free flight keeps
- *    w^2/2 - g d exactly, so the true closing speed is w_c^2 = w^2 - 2 g d, and the energy kept is
+ *  - Where one partner can't move, or rests on others while the second falls, gravity is part of the balance. Free
+ *    flight keeps w^2/2 - g d exactly, so the true closing speed is w_c^2 = w^2 - 2 g d, and the energy kept is
  *    w'^2/2 + a (d' - rest)^2/2 - g d'.
  *  - A grain in several impacts at once gives each of them an equal part of its mass (`split`). Each keeps
  *    the energy of its parts, and putting the parts together again, at their mean velocity, can only
@@ -21,8 +21,8 @@
  * Friction in an impact is that of rough rigid spheres: it stops the contact point or reaches the Coulomb
  * limit (Walton 1993), whatever the number of steps. A spring would see three of them only.
  *
- * Any other contact is enduring: a spring with a dashpot that never pulls. The potential is the same, so
- * nothing jumps at the change. Why not the impact law for all: it takes the whole relative velocity at
+ * Any other contact is enduring, and stays so: a spring with a dashpot that never pulls. The potential is the
+ * same, so nothing jumps at the change. Why not the impact law for all: it takes the whole relative velocity at
  * once, and a grain that bounces in the gap between two others never comes to rest. The bounds on stiffness and
  * dashpot (ry_bond_make) keep the enduring law below what an explicit step bears for six contacts. */
 #ifndef RY_LAW_ENERGY_H
@@ -52,16 +52,28 @@ RY_INLINE ry_energy_share ry_energy_close(const ry_bond q, const ry_touch t, dou
     return share;
 }
 
-/* A contact that is no impact, its spring relaxed at t.rest or where the grains are: a spring that has let go
- * costs nothing and makes the next squeeze start from there. */
+/* Spring and dashpot of a contact that is no impact, for a spring relaxed at `rest`. Their approach lies half a step
+ * before the overlap, and what such a step keeps is w^2/2 + a stretch (stretch - w)/2. So in step with an impact, which
+ * has both at one time, it begins with half a kick; and where it lets go it gives what takes that energy to
+ * w'^2/2, to first order in a and never more: the whole kick would give a stretch (overshoot)/2 too much. */
+RY_INLINE ry_push ry_energy_spring(const ry_bond q, const ry_touch t, double rest)
+{
+    const double stretch = t.d - rest, spring = q.a * stretch;
+    const int joins = (t.age > 0.0) & (t.age <= RY_IMPACT_STEPS);
+    const double whole = joins ? 0.5 * spring : spring;
+    const double last = spring * (joins ? stretch : stretch - t.w) / (spring - 2.0 * t.w);
+    const double push = stretch + t.w < whole ? last : whole;
+    ry_push p = {.held = -1.0, .rest = rest, .from = RY_IMPACT_STEPS};
+    p.f = ry_min(-(push + q.c * t.w), 0.0);
+    p.dashpot = p.f + push;
+    return p;
+}
+
+/* A contact that has been one for longer than an impact lasts, its spring relaxed at t.rest or where the grains are: a
+ * spring that has let go costs nothing and makes the next squeeze start from there. */
 RY_INLINE ry_push ry_law_energy_enduring(const ry_bond q, const ry_touch t)
 {
-    ry_push p = {.held = -1.0};
-    p.rest = ry_min(t.rest, t.d);
-    const double spring = q.a * (t.d - p.rest);
-    p.f = ry_min(-(spring + q.c * t.w), 0.0);
-    p.dashpot = p.f + spring;
-    return p;
+    return ry_energy_spring(q, t, ry_min(t.rest, t.d));
 }
 
 /* Any contact. */
@@ -90,16 +102,16 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     const int parts = is_new & (t.w <= 0.0); /* passing obliquely, parting already: let them go */
     const double impact = (stretch > 0.0) | is_new ? (after - t.w - t.g) * per_split : 0.0;
 
-    const double spring = q.a * stretch;
-    const double enduring = ry_min(-(spring + q.c * t.w), 0.0);
+    const ry_push lasting = ry_energy_spring(q, t, rest);
     ry_push p;
-    p.f = parts ? 0.0 : (is_impact ? impact : enduring);
+    p.f = parts ? 0.0 : (is_impact ? impact : lasting.f);
     p.shift = 0.0;
     p.rest = is_new ? (parts ? t.d : t.d - stretch) : rest;
     p.impact = is_new & !parts ? close.lost * per_split : 0.0;
-    p.held = is_impact ? (is_new ? 0.0 : 0.5 * spring * stretch) : -1.0;
+    p.held = is_impact ? (is_new ? 0.0 : 0.5 * q.a * stretch * stretch) : -1.0;
     p.rough = is_impact ? per_split : 0.0;
-    p.dashpot = is_impact ? 0.0 : enduring + spring;
+    p.from = is_impact ? 0.0 : lasting.from;
+    p.dashpot = is_impact ? 0.0 : lasting.dashpot;
     return p;
 }
 

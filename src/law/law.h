@@ -54,6 +54,7 @@ typedef struct ry_push {
     double held;    /* an impact whose loss the ledger takes from the work that is really done: energy of
                        the spring before the step [m^2]; -1: `impact` says what is lost */
     double rough;   /* > 0: friction holds without a spring, see ry_tangential */
+    double from;    /* age counts from this at least */
     double dashpot; /* the part of f that the dashpot gives [m] */
 } ry_push;
 

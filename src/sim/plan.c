@@ -275,6 +275,7 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     for (int k = 0; k < RY_CONTACT_BLOCK; k++) {
         c->dry[k] = ry_contact_law_damps((int)config->contact_law) ? c->coef.zeta2 : c->coef.e;
     }
+    c->explicit_spring = config->contact_law == RY_LAW_ENERGY || ry_contact_law_damps((int)config->contact_law);
     c->kernel = ry_contact_select((int)config->contact_law, c->features);
     c->young = ry_contact_select_young((int)config->contact_law, c->features);
     c->body = (const double (*)[RY_BODY])m->body;

@@ -50,12 +50,22 @@ ry_bond ry_contact_bond(const ry_contact *c, int32_t i, int32_t j)
     return ry_bond_make(&c->coef, c->im[i] + c->im[j], c->tm_grain[i] + c->tm_grain[j]);
 }
 
+/* The contact is an impact, with its own ways; all else is an explicit spring. */
+static int in_impact(const ry_contact *c, const ry_pairs *pairs, int32_t p)
+{
+    return c->young != NULL && pairs->age[p] <= (int)RY_IMPACT_STEPS;
+}
+
+/* Of an explicit spring at the time of the velocities, which is half a step before that of the positions:
+ * k s^2/2 - dt F.v/2. Together with the kinetic energy that is what such a step keeps; with k s^2/2 each
+ * stretching and letting go would seem to change it. */
 static double tangential_energy(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs,
                                 int32_t p, ry_gap gap, double stretch)
 {
     const int32_t i = pairs->i[p], j = pairs->j[p];
-    const double slip = pairs->slip[p] + slip_velocity(g, i, j, gap) * c->dt;
-    return 0.5 * stretch * slip * slip / ((c->tm_grain[i] + c->tm_grain[j]) * c->dt * c->dt);
+    const double run = slip_velocity(g, i, j, gap) * c->dt, slip = pairs->slip[p] + run;
+    const double energy = 0.5 * stretch * ry_max(slip * (slip - run), 0.0);
+    return in_impact(c, pairs, p) ? 0.0 : energy / ((c->tm_grain[i] + c->tm_grain[j]) * c->dt * c->dt);
 }
 
 /* ---- a block: fetch ------------------------------------------------------------------------- */
@@ -333,6 +343,11 @@ static ry_crowd crowd_of(const ry_contact *c, const ry_pairs *pairs, int32_t k)
     return crowd;
 }
 
+int ry_contact_rests(const ry_contact *c, const ry_pairs *pairs, int32_t i)
+{
+    return c->im[i] == 0.0 || crowd_of(c, pairs, i).all > 1;
+}
+
 /* What a young contact is told of those of its grains that can move. Ages are set back to those before the step. */
 static void fetch_crowds(const ry_contact *c, const ry_pairs *pairs, ry_near *near)
 {
@@ -345,8 +360,9 @@ static void fetch_crowds(const ry_contact *c, const ry_pairs *pairs, ry_near *ne
                 const ry_crowd here = crowd_of(c, pairs, ends[e]);
                 crowd = ry_min(crowd, here.all);
                 share += here.young * im;
+                side += here.all > 1 ? (e == 0 ? 1.0 : -1.0) : 0.0;
             } else {
-                side = e == 0 ? 1.0 : -1.0;
+                side += e == 0 ? 1.0 : -1.0;
             }
         }
         near->crowd[k] = crowd;
@@ -356,8 +372,10 @@ static void fetch_crowds(const ry_contact *c, const ry_pairs *pairs, ry_near *ne
     }
 }
 
-static void push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, const int32_t *young, int32_t n)
+static void push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t from, int32_t n)
 {
+    const int32_t *const young = pairs->young + from;
+    uint8_t *const young_age = pairs->young_age + from;
     ry_near near;
     for (int32_t at = 0; at < n; at += RY_CONTACT_BLOCK) {
         const int32_t count = n - at < RY_CONTACT_BLOCK ? n - at : RY_CONTACT_BLOCK;
@@ -367,7 +385,18 @@ static void push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
         fetch_crowds(c, pairs, &near);
         near.own = c->film.on ? near.wet : c->dry;
         c->young(c, &near);
+        for (int32_t k = 0; k < count; k++) { /* others still count by the age that is there */
+            young_age[at + k] = (uint8_t)near.age[k];
+            near.age[k] = pairs->age[young[at + k]];
+        }
         put_list(c, pairs, &near);
+    }
+}
+
+static void put_ages(ry_pairs *pairs, int32_t from, int32_t n)
+{
+    for (int32_t k = from; k < from + n; k++) {
+        pairs->age[pairs->young[k]] = pairs->young_age[k];
     }
 }
 
@@ -395,7 +424,7 @@ static void push_young_chunks(void *context, int32_t begin, int32_t end, int thr
     (void)thread;
     for (int32_t k = begin; k < end; k++) {
         const int32_t first = t->pairs->chunk[k];
-        push_young(t->contact, t->grains, t->pairs, t->pairs->young + first, t->pairs->n_young[k]);
+        push_young(t->contact, t->grains, t->pairs, first, t->pairs->n_young[k]);
     }
 }
 
@@ -406,20 +435,27 @@ void ry_contact_stage(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
     const int32_t at_walls = push_range(c, g, pairs, pairs->n_inner, pairs->n);
     if (c->young != NULL) {
         ry_parallel(c->threads, pairs->n_chunks, push_young_chunks, &task);
-        push_young(c, g, pairs, pairs->young + pairs->n_inner, at_walls);
+        push_young(c, g, pairs, pairs->n_inner, at_walls);
+        for (int32_t k = 0; k < pairs->n_chunks; k++) {
+            put_ages(pairs, pairs->chunk[k], pairs->n_young[k]);
+        }
+        put_ages(pairs, pairs->n_inner, at_walls);
     }
 }
 
 /* ---- measuring ------------------------------------------------------------------------------ */
 
-/* Laws whose closing step replaces the overlap hold no energy in a contact before it. */
+/* As tangential_energy. Laws whose closing step replaces the overlap hold no energy in a contact before it. */
 static double normal_energy(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p,
                             ry_gap gap, double a)
 {
     const int32_t i = pairs->i[p], j = pairs->j[p];
     const double stretch = ry_max(g->radius[i] + g->radius[j] - gap.distance - pairs->rest[p], 0.0);
-    const double power = c->coef.hertz > 0.0 ? 0.4 * sqrt(stretch) : 0.5; /* int a d^1.5, int a d */
-    return power * a * stretch * stretch / ((c->im[i] + c->im[j]) * c->dt * c->dt);
+    const double root = c->coef.hertz > 0.0 ? sqrt(stretch) : 1.0;
+    const double power = c->coef.hertz > 0.0 ? 0.4 : 0.5; /* int a d^1.5, int a d */
+    const double run = ((g->vx[i] - g->vx[j]) * gap.dx + (g->vz[i] - g->vz[j]) * gap.dz) / gap.distance * c->dt;
+    const double half = c->explicit_spring && !in_impact(c, pairs, p) ? 0.5 * run : 0.0;
+    return a * root * stretch * (power * stretch - half) / ((c->im[i] + c->im[j]) * c->dt * c->dt);
 }
 
 static void note_overlap(const ry_grains *g, int32_t i, int32_t j, double overlap, ry_contact_sums *sums)

@@ -36,7 +36,7 @@ typedef struct ry_near {
     double dvx[RY_CONTACT_BLOCK], dvz[RY_CONTACT_BLOCK]; /* [m/s] */
     double radii[RY_CONTACT_BLOCK], turn[RY_CONTACT_BLOCK]; /* sums of r [m], of spin x r [m/s] */
     double im[RY_CONTACT_BLOCK], tm[RY_CONTACT_BLOCK]; /* sums of the inverse masses [1/kg] */
-    /* of young contacts: as in ry_touch; the owner's immobility less the partner's; the sum of inverse mass x
+    /* of young contacts: as in ry_touch; 1 if the owner rests (ry_contact_rests) less 1 if the partner does; the sum of inverse mass x
      * young contacts of both grains [1/kg] */
     double crowd[RY_CONTACT_BLOCK], side[RY_CONTACT_BLOCK], share[RY_CONTACT_BLOCK];
     /* in and out: */
@@ -84,6 +84,7 @@ struct ry_contact {
     ry_wall wall[RY_MAX_WALLS];
     double wall_length; /* where the right wall stands [m] */
     int moves, features, threads;
+    int explicit_spring; /* normal spring: its kick precedes the drift; all but the laws of Fujioka & Ushijima */
     const double *im; /* inverse masses, walls included: 0 [1/kg] */
     const double *tm_grain; /* im + r^2/I [1/kg] */
     double *loss_impact, *loss_opening; /* per grain; with ledger [J] */
@@ -126,6 +127,9 @@ RY_INLINE double ry_contact_nearest(double dx, double length, double half)
 
 /* Coefficients of the pair of grains i and j, or of a grain and a wall. */
 ry_bond ry_contact_bond(const ry_contact *contact, int32_t i, int32_t j);
+
+/* Grain i (or a wall) can't move or has more contacts than one in this step. */
+int ry_contact_rests(const ry_contact *contact, const ry_pairs *pairs, int32_t i);
 
 ry_gap ry_contact_gap(const ry_contact *contact, const ry_grains *grains, const ry_pairs *pairs, int32_t pair);
 

@@ -91,7 +91,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         if (features & RY_CONTACT_FRICTION) {
             const double lever = distance * distance * (ims * tms * per_all);
             const double w_t = across + near->turn[k] * (dt * lever);
-            const double slip = t.age == 0.0 ? 0.0 : slip_before + w_t;
+            const double slip = t.age <= p.from ? 0.0 : slip_before + w_t; /* new, or an impact until now */
             const ry_slide s = ry_tangential(bond, coef.friction, p.f, w_t, slip, p.rough);
             const double along = s.f * per_tms;
             px += along * nz;
@@ -105,7 +105,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
                 t_lever[k] = lever;
                 t_run[k] = w_t;
                 t_jt[k] = mine ? (s.slides ? along : damped) : 0.0;
-                t_et[k] = mine & s.slides ? 0.5 * kt * slip * slip : -1.0;
+                t_et[k] = mine & s.slides ? 0.5 * kt * ry_max(slip * (slip - w_t), 0.0) : -1.0;
                 t_kt[k] = mine ? kt : 0.0;
             }
         } else if (features & RY_CONTACT_LEDGER) {
@@ -132,7 +132,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         near->pz[k] = mine ? pz : 0.0;
         near->pt[k] = mine ? pt : 0.0;
         rests[k] = mine ? p.rest : (touches ? t.rest : 0.0);
-        near->age[k] = touches ? ry_min(t.age + 1.0, RY_AGE_MAX) : 0.0;
+        near->age[k] = touches ? ry_min(ry_max(t.age, p.from * mine) + 1.0, RY_AGE_MAX) : 0.0;
     }
 }
 

@@ -9,7 +9,7 @@ typedef struct ry_losses {
 
 /* Dashpots: -J . mean velocity. Friction: the work of the whole tangential force, less what the spring
  * keeps of it: energy before (et) and after the drift that follows, at the velocity that now results,
- * twice the mean less that before. Pairs at .. at+n-1; what does not touch loses nothing. */
+ * twice the mean less that before; both at the time of the velocities (ry_contact_measure). Pairs at .. at+n-1; what does not touch loses nothing. */
 RY_CLONES static void lose(const ry_contact *c, const ry_motion *m, const ry_pairs *pairs, int32_t at,
                            int32_t n, ry_losses *out)
 {
@@ -27,9 +27,9 @@ RY_CLONES static void lose(const ry_contact *c, const ry_motion *m, const ry_pai
         const double ux = mean_x[i] - mean_x[j], uz = mean_z[i] - mean_z[j];
         const double approach = ux * nx + uz * nz;
         const double mean = ux * nz - uz * nx + (turn[i] + turn[j]) * lever[k];
-        const double slip = stored[k] + 2.0 * mean * dt - run[k];
+        const double after = 2.0 * mean * dt - run[k], slip = stored[k] + after;
         const double work = -jt[k] * mean;
-        const double kept = 0.5 * kt[k] * slip * slip - et[k];
+        const double kept = 0.5 * kt[k] * ry_max(slip * (slip - after), 0.0) - et[k];
         const int slides = et[k] >= 0.0;
         out->dashpot[k] = (en[k] < 0.0 ? -jn[k] * approach : 0.0) + (slides ? 0.0 : work);
         out->friction[k] = slides ? work - kept : 0.0;
@@ -53,7 +53,7 @@ static double lose_in_impact(const ry_contact *c, const ry_motion *m, const ry_g
     const double overlap = g->radius[i] + g->radius[j] - gap.distance;
     const double stretch = ry_max(overlap - pairs->rest[p] + after * dt, 0.0);
     const double held = 0.5 * ry_contact_bond(c, i, j).a * stretch * stretch / (ims * dt * dt);
-    const double side = (c->im[i] == 0.0 ? 1.0 : 0.0) - (c->im[j] == 0.0 ? 1.0 : 0.0);
+    const double side = (double)ry_contact_rests(c, pairs, i) - (double)ry_contact_rests(c, pairs, j);
     const double fall = impulse != 0.0 ? c->coef.g_dt2 * nz * side : 0.0;
     return -impulse * mean - (held - pairs->t_en[p]) - fall * (mean - after) / (ims * dt);
 }

@@ -66,6 +66,7 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
 #undef RY_TOUCH_MAKE
     const size_t chunks = room / RY_CHUNK + 2;
     RY_TRY(make(&pairs->young, room, sizeof *pairs->young, error));
+    RY_TRY(make(&pairs->young_age, room, sizeof *pairs->young_age, error));
     RY_TRY(make(&pairs->n_young, chunks + 1, sizeof *pairs->n_young, error));
     RY_TRY(make(&pairs->chunk, chunks, sizeof *pairs->chunk, error));
     pairs->capacity = room;
@@ -76,7 +77,7 @@ void ry_pairs_free(ry_pairs *pairs)
 {
     void *const arrays[] = {pairs->place, pairs->i,     pairs->j,        pairs->slip,
                             pairs->rest,  pairs->age,   pairs->slot,  pairs->sx,       pairs->sz,
-                            pairs->row,   pairs->below, pairs->chunk, pairs->young, pairs->n_young,
+                            pairs->row,   pairs->below, pairs->chunk, pairs->young, pairs->n_young, pairs->young_age,
                             pairs->below_start, pairs->wet};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);

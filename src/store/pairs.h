@@ -41,6 +41,7 @@ typedef struct ry_pairs {
     int32_t *wall_slot[RY_MAX_WALLS]; /* n_grains each: slot of the grain's pair with the wall, or -1 */
 
     int32_t *young;       /* n: of each chunk, from its start, the contacts in their first steps; the walls' last */
+    uint8_t *young_age;   /* what their ages become when all of them are done */
     int32_t *n_young;     /* n_chunks + 1: how many; the last for the walls */
     /* What the ledger needs of a pair that touches; NULL without ledger. */
 #define RY_TOUCH_FIELDS(RY_TOUCH_FIELD)                                                              \
