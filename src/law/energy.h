@@ -53,13 +53,12 @@ RY_INLINE ry_energy_share ry_energy_close(const ry_bond q, const ry_touch t, dou
 }
 
 /* Spring and dashpot of a contact that is no impact, for a spring relaxed at `rest`. Their approach lies half a step
- * before the overlap, and what such a step keeps is w^2/2 + a stretch (stretch - w)/2. So in step with an impact, which
- * has both at one time, it begins with half a kick; and where it lets go it gives what takes that energy to
+ * before the overlap, and what such a step keeps is w^2/2 + a stretch (stretch - w)/2. So where it joins an impact,
+ * which has both at one time, it begins with half a kick; and where it lets go it gives what takes that energy to
  * w'^2/2, to first order in a and never more: the whole kick would give a stretch (overshoot)/2 too much. */
-RY_INLINE ry_push ry_energy_spring(const ry_bond q, const ry_touch t, double rest)
+RY_INLINE ry_push ry_energy_spring(const ry_bond q, const ry_touch t, double rest, int joins)
 {
     const double stretch = t.d - rest, spring = q.a * stretch;
-    const int joins = (t.age > 0.0) & (t.age <= RY_IMPACT_STEPS);
     const double whole = joins ? 0.5 * spring : spring;
     const double last = spring * (joins ? stretch : stretch - t.w) / (spring - 2.0 * t.w);
     const double push = stretch + t.w < whole ? last : whole;
@@ -73,7 +72,7 @@ RY_INLINE ry_push ry_energy_spring(const ry_bond q, const ry_touch t, double res
  * spring that has let go costs nothing and makes the next squeeze start from there. */
 RY_INLINE ry_push ry_law_energy_enduring(const ry_bond q, const ry_touch t)
 {
-    return ry_energy_spring(q, t, ry_min(t.rest, t.d));
+    return ry_energy_spring(q, t, ry_min(t.rest, t.d), t.age <= RY_IMPACT_STEPS);
 }
 
 /* Any contact. */
@@ -102,7 +101,7 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     const int parts = is_new & (t.w <= 0.0); /* passing obliquely, parting already: let them go */
     const double impact = (stretch > 0.0) | is_new ? (after - t.w - t.g) * per_split : 0.0;
 
-    const ry_push lasting = ry_energy_spring(q, t, rest);
+    const ry_push lasting = ry_energy_spring(q, t, rest, t.age > 0.0);
     ry_push p;
     p.f = parts ? 0.0 : (is_impact ? impact : lasting.f);
     p.shift = 0.0;

@@ -91,7 +91,8 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         if (features & RY_CONTACT_FRICTION) {
             const double lever = distance * distance * (ims * tms * per_all);
             const double w_t = across + near->turn[k] * (dt * lever);
-            const double slip = t.age <= p.from ? 0.0 : slip_before + w_t; /* new, or an impact until now */
+            const double fresh = which == EVERY ? 0.0 : p.from; /* new, or an impact until now */
+            const double slip = t.age <= fresh ? 0.0 : slip_before + w_t;
             const ry_slide s = ry_tangential(bond, coef.friction, p.f, w_t, slip, p.rough);
             const double along = s.f * per_tms;
             px += along * nz;
@@ -132,7 +133,8 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         near->pz[k] = mine ? pz : 0.0;
         near->pt[k] = mine ? pt : 0.0;
         rests[k] = mine ? p.rest : (touches ? t.rest : 0.0);
-        near->age[k] = touches ? ry_min(ry_max(t.age, p.from * mine) + 1.0, RY_AGE_MAX) : 0.0;
+        const double from = which == YOUNG ? ry_max(t.age, p.from) : t.age;
+        near->age[k] = touches ? ry_min(from + 1.0, RY_AGE_MAX) : 0.0;
     }
 }
 

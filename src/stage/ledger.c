@@ -9,7 +9,8 @@ typedef struct ry_losses {
 
 /* Dashpots: -J . mean velocity. Friction: the work of the whole tangential force, less what the spring
  * keeps of it: energy before (et) and after the drift that follows, at the velocity that now results,
- * twice the mean less that before; both at the time of the velocities (ry_contact_measure). Pairs at .. at+n-1; what does not touch loses nothing. */
+ * twice the mean less that before; both at the time of the velocities (ry_contact_measure). Pairs at .. at+n-1;
+ * what does not touch loses nothing. */
 RY_CLONES static void lose(const ry_contact *c, const ry_motion *m, const ry_pairs *pairs, int32_t at,
                            int32_t n, ry_losses *out)
 {
