@@ -150,6 +150,16 @@ class Farm(unittest.TestCase):
         self.assertEqual(r.returncode, 2, r.stderr)
         self.assertIn("one of 4 processes", r.stderr)
 
+    def test_shares(self):
+        """Farms of processes with the same share, and lone processes with shares of their own."""
+        self.plain()
+        self.farm(2, "--shard", "1/3")
+        p = subprocess.Popen([*RUN, "-n", "1", PROGRAM, "sweep", "s.yaml", "--shard", "2/3", ":",
+                              "-n", "1", PROGRAM, "sweep", "s.yaml", "--shard", "3/3"], cwd=self.folder, text=True, env=MPI,
+                             stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.end(p, 0)
+        self.assert_like_plain()
+
     # --- kills ---
 
     def test_killed_case(self):

@@ -53,16 +53,16 @@ static int refuse(const char *format, int processes)
 
 #ifndef RY_HAVE_MPI
 
-int ry_cli_mpi_begin(const ry_farm **farm)
+int ry_cli_mpi_begin(int share, const ry_farm **farm)
 {
     const int n = started_together();
     *farm = NULL;
-    return n > 1
-               ? refuse(
-                     "started as one of %d processes, but this ryusa was built without MPI (Debian: "
-                     "libopenmpi-dev, then build again); or give each its --shard I/N",
-                     n)
-               : RY_OK;
+    if (n <= 1 || share > 0) {
+        return RY_OK;
+    }
+    return refuse("started as one of %d processes, but this ryusa was built without MPI (Debian: "
+                  "libopenmpi-dev, then build again); or give each its own --shard I/N",
+                  n);
 }
 
 void ry_cli_mpi_end(int gone)
@@ -154,7 +154,7 @@ static int own_cores(void)
     return share < 1 ? 1 : share < may ? share : may;
 }
 
-int ry_cli_mpi_begin(const ry_farm **farm)
+int ry_cli_mpi_begin(int share, const ry_farm **farm)
 {
     static ry_farm f = {.send = send, .receive = receive};
     const int n = started_together();
@@ -172,6 +172,13 @@ int ry_cli_mpi_begin(const ry_farm **farm)
             "started as one of %d processes that MPI does not know of: mpirun is of another MPI than "
             "the one that ryusa was built with",
             n);
+    }
+    int lowest, highest;
+    MPI_Allreduce(&share, &lowest, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+    MPI_Allreduce(&share, &highest, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
+    if (lowest != highest) {
+        MPI_Finalize();
+        return RY_OK;
     }
     f.cores = own_cores();
     MPI_Allreduce(&f.cores, &f.all_cores, 1, MPI_INT, MPI_SUM, MPI_COMM_WORLD);

@@ -19,8 +19,9 @@
 /* This process's number among those started together, 0 if it is alone, as the launcher tells it. */
 int ry_cli_mpi_rank(void);
 
-/* RY_OK and *farm, NULL for a lone process; otherwise reported. */
-int ry_cli_mpi_begin(const ry_farm **farm);
+/* RY_OK and *farm, NULL for a lone process; otherwise reported. `share`: the I of --shard, 0 without it;
+ * processes with shares of their own are alone, each. */
+int ry_cli_mpi_begin(int share, const ry_farm **farm);
 
 /* When every process has done its work. gone: not every one is there any more; then MPI is left without
  * the farewell, in which it would wait for that one. */

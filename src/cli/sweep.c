@@ -272,7 +272,7 @@ int ry_cli_sweep(int argc, char **argv)
     int gone = 0;
     int status = parse_once(argc, argv, &a);
     if (status == RY_OK) {
-        status = ry_cli_mpi_begin(&farm);
+        status = ry_cli_mpi_begin(a.shard, &farm);
     }
     if (status == RY_OK) {
         status = run(&a, farm, &gone);
