@@ -214,12 +214,20 @@ static int64_t next_due(const ry_runner *r)
     return due < r->last ? due : r->last;
 }
 
+/* The sums of the profile since the last frame are in no checkpoint; all else is. */
+static int may_stop(const ry_runner *r)
+{
+    const ry_sim *const sim = r->sim;
+    const int sums = sim->plan.has_profile && (sim->config.output_fields & RY_FIELD_PROFILE) != 0;
+    return r->file == NULL || !sums || is_due(sim->state.step, sim->plan.derived.steps_frame);
+}
+
 /* To the next sample, looking at the clock on the way: a step of a million grains takes its time. */
 static ry_status advance(ry_runner *r, ry_error *error)
 {
     const int64_t due = next_due(r);
     const int64_t chunk = 2000000 / r->sim->state.grains.n + 1;
-    while (r->sim->state.step < due) {
+    while (r->sim->state.step < due && !(r->stop_asked && may_stop(r))) {
         const int64_t left = due - r->sim->state.step;
         RY_TRY(ry_sim_step(r->sim, left < chunk ? left : chunk, error));
         show_progress(r);
@@ -238,7 +246,7 @@ static ry_status loop(ry_runner *r, ry_error *error)
             r->result->stopped_early = 1;
             return RY_OK;
         }
-        if (r->stop_asked && (r->file == NULL || is_due(r->sim->state.step, r->sim->plan.derived.steps_frame))) {
+        if (r->stop_asked && may_stop(r)) {
             return r->sim->state.step < r->last ? RY_STOPPED : RY_OK;
         }
         RY_TRY(flush_when_due(r, error));
