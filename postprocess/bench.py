@@ -126,8 +126,8 @@ def speed(file, path):
     return save(figure, path)
 
 
-PROGRAM_STYLE = {"ryusa": (BLUE, "o"), "ryusa measuring": (SKY, "o"), "LAMMPS": (ORANGE, "v"), "LAMMPS top": (AMBER, "^"),
-                 "LIGGGHTS": (GREEN, "s"), "YADE": (PINK, "D")}
+PROGRAM_STYLE = {"ryusa": (BLUE, "o"), "ryusa measuring": (SKY, "o"), "LAMMPS": (ORANGE, "v"),
+                 "LAMMPS top": (AMBER, "^"), "LIGGGHTS": (GREEN, "s"), "YADE": (PINK, "D")}
 
 
 def peers(path, picture):

@@ -2,8 +2,9 @@
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """A bed of ryusa in YADE, run by yade itself: yade -n -x -jN bed_yade.py, its task (JSON) in PEERS_TASK.
 
-x along the bed, y across it, z up; the fluid is YADE's own HydroForceEngine with an imposed profile (its
-drag is C_d = 0.44 + 24.4/Re). Prints one line of JSON per round."""
+x along the bed, y across it, z up; the fluid is YADE's own HydroForceEngine with an imposed profile. Its drag is
+C_d = 0.44 + 24.4/Re, of a fluid that is denser by the factor that gives the grains at the start the drag of the
+other programs; its gravity is smaller by the same factor, so that buoyancy stays. Prints a line of JSON per round."""
 import json
 import math
 import os
@@ -20,11 +21,13 @@ high = 4.0 * float(state["z"].max())
 O.cell.hSize = Matrix3(task["length"], 0, 0, 0, high, 0, 0, 0, high)
 base = 0.25 * high  # nothing crosses the lower or upper end of the cell
 
+# a contact gets a b/(a + b) of its partners' constants (2023.02a: not twice that, as its manual has it)
 mean_density = float(state["density"].mean())
-sand = O.materials.append(ViscElMat(density=mean_density, frictionAngle=math.atan(law["mu"]), kn=law["k"],
-                                    ks=law["kt"], cn=law["eta"], cs=law["eta_t"]))
+sand = O.materials.append(ViscElMat(density=mean_density, frictionAngle=math.atan(law["mu"]), kn=2.0 * law["k"],
+                                    ks=2.0 * law["kt"], cn=2.0 * law["eta"], cs=2.0 * law["eta_t"]))
 bodies = []
-for x, z, vx, vz, spin, r, fixed in zip(*(state[k].tolist() for k in ("x", "z", "vx", "vz", "spin", "radius", "fixed"))):
+columns = (state[k].tolist() for k in ("x", "z", "vx", "vz", "spin", "radius", "fixed"))
+for x, z, vx, vz, spin, r, fixed in zip(*columns):
     body = sphere((x, 0.5 * high, base + z), r, fixed=bool(fixed), material=sand)
     if not fixed:
         body.state.blockedDOFs = "yXZ"
@@ -43,7 +46,8 @@ engines = [
 water = None
 if task["fluid"]:
     water = HydroForceEngine(ids=moving, densFluid=task["rho"], viscoDyn=task["rho"] * task["nu"], zRef=base,
-                             gravity=(0, 0, -task["gravity"]), deltaZ=task["cell"], nCell=len(task["fluid"]), expoRZ=0.0)
+                             gravity=(0, 0, -task["lift"]), deltaZ=task["cell"], nCell=len(task["fluid"]),
+                             expoRZ=0.0)
     engines.append(water)
 engines.append(NewtonIntegrator(gravity=(0, 0, -task["gravity"]), damping=0.0))
 O.engines = engines
@@ -61,4 +65,5 @@ for _ in range(task["rounds"]):
     kinetic = sum(0.5 * O.bodies[k].state.mass * O.bodies[k].state.vel.squaredNorm() for k in moving)
     height = sum(O.bodies[k].state.pos[2] for k in moving) / len(moving) - base
     contacts = sum(1 for i in O.interactions if i.isReal)
-    print("peers: " + json.dumps({"seconds": seconds, "energy": kinetic, "height": height, "contacts": contacts}), flush=True)
+    told = {"seconds": seconds, "energy": kinetic, "height": height, "contacts": contacts}
+    print("peers: " + json.dumps(told), flush=True)

@@ -6,6 +6,7 @@
 All programs go on from the same state, which ryusa has made; they take turns, so that a machine that slows down
 slows all of them. A rate is steps times the grains that can move, per second of the step loop."""
 import argparse
+import dataclasses
 import datetime
 import os
 import shutil
@@ -22,32 +23,38 @@ import state as states
 from programs import HERE, Failed, Work, call
 
 SIZES = {50: (5, 10), 1000: (100, 10), 10000: (500, 20), 100000: (5000, 20)}
-WINDOW = {"settled": 6e6, "sheared": 2e6}  # grain-steps of a round
-FEWEST = {"settled": 60, "sheared": 100}   # steps of a round: some rebuilds of the neighbour list are among them
+SCENES = ["settled", "sheared"]
+ROUND = 0.6         # seconds of a round of LAMMPS; all others take as many steps,
+LONGEST = 3.0       # if that takes them no more seconds than this
+FEWEST = 40         # steps of a round: some rebuilds of the neighbour list are among them
+# The first turn tells how fast everybody is, and whether all do the same: grain-steps, but not fewer steps.
+PROBE, PROBE_STEPS = 3e5, 200
 ROOT = HERE.parent.parent
+INFINITE = float("inf")
 
 
 def lay_work(arguments, scene, grains, folder):
     """Runs ryusa to the state that all go on from, and writes it for everybody."""
     columns, layers = SIZES[grains]
     folder.mkdir()
-    settings = [str(ROOT / f"params/bench-{scene}.yaml"), "-s", f"grains.columns={columns}", "-s", f"grains.layers={layers}"]
+    settings = [str(ROOT / f"params/bench-{scene}.yaml"), "-s", f"grains.columns={columns}",
+                "-s", f"grains.layers={layers}"]
     for start, fields in programs.FIELDS.items():
-        call([arguments.ryusa, "run", settings[0], "-o", str(folder / f"{start}.h5"), "--quiet", *settings[1:], *fields],
-             folder)
+        call([arguments.ryusa, "run", settings[0], "-o", str(folder / f"{start}.h5"), "--quiet", *settings[1:],
+              *fields], folder)
     s = states.read(folder / "plain.h5")
     if s.movable != grains:
         raise Failed(f"{s.movable} grains, not {grains}")
     states.write_data(s, folder / "bed.data")
-    np.savez(folder / "bed.npz", **{k: getattr(s, k) for k in ("x", "z", "vx", "vz", "spin", "radius", "density", "fixed")})
-    scale = 0.2 if arguments.quick else 1.0
-    steps = max(int(scale * WINDOW[scene] / grains), FEWEST[scene])
-    return Work(scene, grains, folder, s, settings, warm=max(steps // 4, 20), steps=steps)
+    names = ("x", "z", "vx", "vz", "spin", "radius", "density", "fixed")
+    np.savez(folder / "bed.npz", **{name: getattr(s, name) for name in names})
+    return Work(scene, grains, folder, s, settings, steps=max(int(PROBE / grains), PROBE_STEPS), rounds=1)
 
 
 def line_up(arguments, scene):
     """Name -> function that runs it, of the programs that are there."""
-    found = {"ryusa": programs.ryusa(arguments.ryusa, "plain"), "ryusa measuring": programs.ryusa(arguments.ryusa, "measured")}
+    found = {"ryusa": programs.ryusa(arguments.ryusa, "plain"),
+             "ryusa measuring": programs.ryusa(arguments.ryusa, "measured")}
     if shutil.which("lmp"):
         found["LAMMPS"] = programs.lammps("lmp", "bed.lammps")
         if scene == "sheared":
@@ -77,21 +84,23 @@ def versions():
 
 def rates(work, outcomes):
     """Best and median million grain-steps per second over the rounds of all turns."""
-    every = [work.grains * o.steps / s * 1e-6 for o in outcomes for s in o.seconds]
+    every = [work.grains * o.steps / s * 1e-6 for o in outcomes[1:] for s in o.seconds]
     return max(every), statistics.median(every), len(every)
 
 
 def say_case(work, results, cores):
-    print(f"\n{work.scene}, {work.grains} grains, {cores} core{'s' * (cores > 1)}, {work.steps} steps a round")
-    print(f"  {'program':16s} {'best':>8s} {'median':>8s}  {'ryusa/it':>8s}   {'kinetic/J':>10s} {'height/d':>9s} {'contacts':>9s}")
+    print(f"\n{work.scene}, {work.grains} grains, {cores} core{'s' * (cores > 1)}")
+    print(f"  {'program':16s} {'best':>8s} {'median':>8s}  {'ryusa/it':>8s}   {'kinetic/J':>10s} {'height/d':>9s} "
+          f"{'contacts':>9s}")
     own = results.get(("ryusa", cores))
     for (name, n), outcomes in results.items():
         if n != cores:
             continue
         best, median, _ = rates(work, outcomes)
         ratio = rates(work, own)[0] / best
-        energy, height, contacts = outcomes[-1].mean
-        print(f"  {name:16s} {best:8.2f} {median:8.2f}  {ratio:8.2f}   {energy:10.3g} {height / programs.D:9.4f} {contacts:9.0f}")
+        energy, height, contacts = outcomes[0].mean
+        print(f"  {name:16s} {best:8.2f} {median:8.2f}  {ratio:8.2f}   {energy:10.3g} {height / programs.D:9.4f} "
+              f"{contacts:9.0f}")
 
 
 def write_csv(path, cases):
@@ -101,15 +110,15 @@ def write_csv(path, cases):
         for work, results in cases:
             for (name, cores), outcomes in results.items():
                 best, median, n = rates(work, outcomes)
-                energy, height, contacts = outcomes[-1].mean
+                energy, height, contacts = outcomes[0].mean
                 file.write(f"{work.scene},{work.grains},{name},{cores},{best * 1e6:.4g},{median * 1e6:.4g},{n},"
                            f"{outcomes[-1].steps},{energy:.4g},{height:.6g},{contacts:.0f}\n")
 
 
 # --- the same physics? ----------------------------------------------------------------------------
 
-# Against ryusa, mean over the ends of the rounds. Where the beds move they are chaotic, and a grain that just
-# touches counts or does not; so contacts are those of a sample, and a bed of 50 has few. YADE's drag is its own, about half.
+# Against ryusa, at the end of the first turn. Where the beds move they are chaotic, and a grain that just
+# touches counts or does not; so contacts are those of a sample, and a bed of 50 has few.
 HEIGHT = 0.003    # of itself; 0.02 below 1000 grains
 CONTACTS = 0.10   # of themselves; 0.5 below 1000 grains where they move
 AT_REST = 1e-3    # m g d per grain; a hundredth of what the sheared bed has
@@ -118,12 +127,12 @@ AT_REST = 1e-3    # m g d per grain; a hundredth of what the sheared bed has
 def disagreements(work, results):
     if ("ryusa", 1) not in results:
         return []
-    _, height, contacts = results["ryusa", 1][-1].mean
+    _, height, contacts = results["ryusa", 1][0].mean
     mgd = np.pi / 6.0 * programs.D ** 3 * 2650.0 * 9.81 * programs.D
     small = work.grains < 1000 and work.scene == "sheared"
     wrong = []
     for (name, cores), outcomes in results.items():
-        e, h, n = outcomes[-1].mean
+        e, h, n = outcomes[0].mean
         who = f"{work.scene}, {work.grains} grains, {name}, {cores} cores"
         if abs(h - height) > (0.02 if small else HEIGHT) * height:
             wrong.append(f"{who}: height {h:.6g} m, ryusa {height:.6g} m")
@@ -134,17 +143,34 @@ def disagreements(work, results):
     return wrong
 
 
-def take_turn(arguments, cases):
+def common_steps(results):
+    """Steps of a timed round: the same for all, since a sheared bed changes on its way; ROUND seconds for LAMMPS."""
+    name, factor = ("LAMMPS", 1.0) if ("LAMMPS", 1) in results else ("ryusa", 0.25)
+    probe = results.get((name, 1)) or next(iter(results.values()))
+    return max(int(factor * ROUND * probe[0].steps / probe[0].seconds[0]), FEWEST)
+
+
+def run_one(work, run, cores, outcomes, results):
+    """One turn of a program; none is added if it failed. The first is the probe."""
+    if outcomes:
+        affordable = LONGEST * outcomes[0].steps / outcomes[0].seconds[0]
+        work = dataclasses.replace(work, rounds=3, steps=int(max(min(common_steps(results), affordable), FEWEST)))
+    try:
+        outcomes.append(run(work, cores))
+    except (Failed, subprocess.TimeoutExpired) as error:
+        print(f"{work.scene}, {work.grains} grains, {cores} cores: {error}", file=sys.stderr)
+
+
+def take_turn(arguments, cases, end):
+    """All programs on all cases, one after the other. Breaks off at `end`."""
     for work, results in cases:
         for name, run in line_up(arguments, work.scene).items():
             if arguments.only and not any(name.lower().startswith(o.lower()) for o in arguments.only):
                 continue
             for cores in arguments.cores:
-                try:
-                    outcome = run(work, cores)
-                    results.setdefault((name, cores), []).append(outcome)
-                except (Failed, subprocess.TimeoutExpired) as error:
-                    print(f"{work.scene}, {work.grains} grains, {name}, {cores} cores: {error}", file=sys.stderr)
+                if time.monotonic() > end:
+                    return
+                run_one(work, run, cores, results.setdefault((name, cores), []), results)
         print(".", end="", file=sys.stderr, flush=True)
 
 
@@ -152,10 +178,10 @@ def parse():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--ryusa", default=str(ROOT / "build/ryusa"))
     parser.add_argument("--csv", default="bench-peers.csv", help="file for the numbers")
-    parser.add_argument("--minutes", type=float, default=10.0, help="no further turn is begun that would end later")
+    parser.add_argument("--minutes", type=float, default=10.0, help="two turns at least; no program is begun later")
     parser.add_argument("--quick", action="store_true", help="50 and 1 000 grains, one short turn")
     parser.add_argument("--grains", type=int, nargs="+", choices=SIZES, help="these sizes only")
-    parser.add_argument("--scene", nargs="+", choices=list(WINDOW), default=list(WINDOW))
+    parser.add_argument("--scene", nargs="+", choices=SCENES, default=SCENES)
     parser.add_argument("--cores", type=int, nargs="+", default=[1, 2][:max(1, min(2, os.cpu_count() or 1))])
     parser.add_argument("--only", nargs="+", help="programs whose names begin so")
     arguments = parser.parse_args()
@@ -171,11 +197,14 @@ def main():
     with tempfile.TemporaryDirectory(prefix="ryusa-peers-") as folder:
         cases = [(lay_work(arguments, scene, grains, Path(folder) / f"{scene}-{grains}"), {})
                  for grains in arguments.grains for scene in arguments.scene]
-        turn = 0.0
-        while turn == 0.0 or (not arguments.quick and time.monotonic() - begun + turn < 60.0 * arguments.minutes):
-            start = time.monotonic()
-            take_turn(arguments, cases)
-            turn = time.monotonic() - start
+        take_turn(arguments, cases, INFINITE)
+        take_turn(arguments, cases, INFINITE)
+        end = begun + 60.0 * arguments.minutes
+        while not arguments.quick and time.monotonic() < end:
+            take_turn(arguments, cases, end)
+        for _, results in cases:  # those of which there is more than the probe
+            for key in [k for k, outcomes in results.items() if len(outcomes) < 2]:
+                del results[key]
         print(file=sys.stderr)
     for work, results in cases:
         for cores in arguments.cores:

@@ -29,9 +29,12 @@ class Work:
     folder: Path
     state: states.State
     settings: list   # -s options of ryusa
-    warm: int
-    steps: int
-    rounds: int = 3
+    steps: int       # of a round; before the first some that are not timed
+    rounds: int
+
+    @property
+    def warm(self):
+        return max(self.steps // 4, 5)
 
 
 @dataclass
@@ -53,11 +56,13 @@ def pinned(command, cores):
 
 def call(command, folder, extra=None, seconds=900):
     environment = {**os.environ, "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
-                   "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_btl_base_warn_component_unused": "0", **(extra or {})}
+                   "OMPI_MCA_rmaps_base_oversubscribe": "1", "OMPI_MCA_btl_base_warn_component_unused": "0",
+                   **(extra or {})}
     done = subprocess.run(command, cwd=folder, env=environment, text=True, capture_output=True, timeout=seconds,
                           stdin=subprocess.DEVNULL)
     if done.returncode != 0:
-        raise Failed(f"{' '.join(map(str, command[:6]))} ...: status {done.returncode}\n{done.stdout[-800:]}{done.stderr[-800:]}")
+        raise Failed(f"{' '.join(map(str, command[:6]))} ...: status {done.returncode}\n{done.stdout[-800:]}"
+                     f"{done.stderr[-800:]}")
     return done.stdout
 
 
@@ -72,7 +77,8 @@ def measure_state(s):
 
 # What is measured and written: what the peers compute, or everything at the default interval.
 FIELDS = {"plain": ["-s", "output.fields=[flux]", "-s", "output.interval=150 ms"],
-          "measured": ["-s", "output.fields=[position, velocity, spin, flux, energy, profile]", "-s", "output.interval=10 ms"]}
+          "measured": ["-s", "output.fields=[position, velocity, spin, flux, energy, profile]",
+                       "-s", "output.interval=10 ms"]}
 
 
 def ryusa(program, start):
@@ -130,9 +136,9 @@ def read_lammps(text, work):
 
 def lammps(program, script, top_only=False):
     def run(work, cores):
-        level = work.state.bed_level
+        above = work.state.bed_level - 0.5 * D if top_only else -1.0
         command = ([] if cores == 1 else ["mpirun", "--bind-to", "none", "-np", str(cores)]) + \
-            [program, "-log", "none", "-in", str(HERE / script), *variables(work, level - 0.5 * D if top_only else -1.0)]
+            [program, "-log", "none", "-in", str(HERE / script), *variables(work, above)]
         return read_lammps(call(pinned(command, cores), work.folder), work)
     return run
 
@@ -140,19 +146,31 @@ def lammps(program, script, top_only=False):
 # --- YADE -----------------------------------------------------------------------------------------
 
 
+def drag_ratio(s):
+    """Drag on all grains over what YADE's formula gives."""
+    p, moving = s.parameters, s.fixed == 0
+    d = 2.0 * s.radius[moving]
+    speed = np.hypot(s.seen(s.z[moving]) - s.vx[moving], s.vz[moving])
+    viscous = p["fluid.viscosity"] / d
+    own = (np.sqrt(p["fluid.drag_coefficient"] * speed) + np.sqrt(24.0 * viscous)) ** 2
+    return float((d * d * own * speed).sum() / (d * d * (0.44 * speed + 24.4 * viscous) * speed).sum())
+
+
 def yade(program):
     def run(work, cores):
         s, p = work.state, work.state.parameters
         settled = work.scene == "settled"
-        steps = max(work.steps // (8 if settled else 3), 20)  # it is slower; the state hardly changes meanwhile
+        denser = 1.0 if settled else drag_ratio(s)
+        centres = (np.arange(len(s.fluid)) + 0.5) * s.cell
         task = {"state": str(work.folder / "bed.npz"), "law": s.law(), "length": s.length, "dt": p["time.step"],
-                "skin": -0.2 if settled else -0.7, "gravity": p["domain.gravity"], "warm": max(steps // 4, 5), "steps": steps,
-                "rounds": work.rounds, "rho": p["fluid.density"], "nu": p["fluid.viscosity"], "cell": s.cell,
-                "fluid": [] if settled else s.seen((np.arange(len(s.fluid)) + 0.5) * s.cell).tolist()}
+                "skin": -0.2 if settled else -0.7, "gravity": p["domain.gravity"], "warm": work.warm, "steps": work.steps, "rounds": work.rounds,
+                "rho": p["fluid.density"] * denser, "lift": p["domain.gravity"] / denser,
+                "nu": p["fluid.viscosity"], "cell": s.cell, "fluid": [] if settled else s.seen(centres).tolist()}
         text = call(pinned([program, "-n", "-x", f"-j{cores}", str(HERE / "bed_yade.py")], cores), work.folder,
                     {"PEERS_TASK": json.dumps(task)})
         rounds = [json.loads(line.split("peers: ", 1)[1]) for line in text.splitlines() if "peers: {" in line]
         if len(rounds) != work.rounds:
             raise Failed(f"YADE ended early:\n{text[-1500:]}")
-        return Outcome([r["seconds"] for r in rounds], steps, [(r["energy"], r["height"], r["contacts"]) for r in rounds])
+        return Outcome([r["seconds"] for r in rounds], work.steps,
+                       [(r["energy"], r["height"], r["contacts"]) for r in rounds])
     return run

@@ -33,7 +33,7 @@ class State:
         return int(np.count_nonzero(self.fixed == 0))
 
     def law(self):
-        """Constants of the linear law between two mean grains: k, k_t [N/m], eta, eta_t [N s/m], their reduced mass [kg]."""
+        """Constants of the linear law between two mean grains: k, kt [N/m], eta, eta_t [N s/m], reduced mass [kg]."""
         p = self.parameters
         mass = np.pi / 6.0 * p["grains.diameter"] ** 3 * p["grains.density"]
         reduced = 0.5 * mass
@@ -53,7 +53,8 @@ class State:
 
     def friction_velocity(self):
         p = self.parameters
-        tau = p["fluid.shields"] * (p["grains.density"] - p["fluid.density"]) * p["domain.gravity"] * p["grains.diameter"]
+        weight = (p["grains.density"] - p["fluid.density"]) * p["domain.gravity"]
+        tau = p["fluid.shields"] * weight * p["grains.diameter"]
         return np.sqrt(tau / p["fluid.density"])
 
     def seen(self, z):
@@ -68,7 +69,8 @@ class State:
         """Where a log law that is looked up at the grains' centres must begin to give them the same mean velocity."""
         z = self.z[self.fixed == 0]
         wanted = self.seen(z).mean()
-        low, high = self.bed_level - self.parameters["grains.diameter"], self.bed_level + self.parameters["grains.diameter"]
+        d = self.parameters["grains.diameter"]
+        low, high = self.bed_level - d, self.bed_level + d
         for _ in range(50):
             middle = 0.5 * (low + high)
             over = np.maximum(30.0 * (z - middle) / self.parameters["fluid.roughness"], 1.0)
