@@ -163,7 +163,8 @@ def yade(program):
         denser = 1.0 if settled else drag_ratio(s)
         centres = (np.arange(len(s.fluid)) + 0.5) * s.cell
         task = {"state": str(work.folder / "bed.npz"), "law": s.law(), "length": s.length, "dt": p["time.step"],
-                "skin": -0.2 if settled else -0.7, "gravity": p["domain.gravity"], "warm": work.warm, "steps": work.steps, "rounds": work.rounds,
+                "skin": -0.2 if settled else -0.7, "gravity": p["domain.gravity"],
+                "warm": work.warm, "steps": work.steps, "rounds": work.rounds,
                 "rho": p["fluid.density"] * denser, "lift": p["domain.gravity"] / denser,
                 "nu": p["fluid.viscosity"], "cell": s.cell, "fluid": [] if settled else s.seen(centres).tolist()}
         text = call(pinned([program, "-n", "-x", f"-j{cores}", str(HERE / "bed_yade.py")], cores), work.folder,
