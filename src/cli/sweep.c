@@ -8,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include "cli/cli.h"
@@ -225,8 +226,10 @@ static int run(const arguments *a, const ry_farm *farm, int *gone)
     }
     if (is_silent) {
         if (status == RY_STOPPED) {
-            fprintf(stderr, "ryusa: process %d of %d: the one that hands out the cases is gone; saved, --resume goes on\n",
-                    farm->rank + 1, farm->size);
+            fprintf(
+                stderr,
+                "ryusa: process %d of %d: the one that hands out the cases is gone; saved, --resume goes on\n",
+                farm->rank + 1, farm->size);
         }
         return status;
     }
@@ -246,36 +249,41 @@ static int run(const arguments *a, const ry_farm *farm, int *gone)
     return RY_OK;
 }
 
-/* Of processes with the same command line only the first says what is wrong with it. */
-static int parse_once(int argc, char **argv, arguments *a)
+/* 1: the command line asks for a sweep. Tried in a child, where what argp says and does goes nowhere. */
+static int is_good(int argc, char **argv)
 {
-    if (ry_cli_mpi_rank() == 0) {
-        return ry_cli_parse("ryusa sweep", &argp, 0, argc, argv, a);
+    enum { GOOD = 100 };
+    int how = 0;
+    const pid_t pid = fork();
+    if (pid == 0) {
+        arguments a = {0};
+        const int nowhere = open("/dev/null", O_WRONLY);
+        dup2(nowhere, STDOUT_FILENO);
+        dup2(nowhere, STDERR_FILENO);
+        _exit(ry_cli_parse("ryusa sweep", &argp, 0, argc, argv, &a) == RY_OK ? GOOD : RY_BAD_INPUT);
     }
-    const int kept[2] = {dup(STDOUT_FILENO), dup(STDERR_FILENO)};
-    const int nowhere = open("/dev/null", O_WRONLY);
-    dup2(nowhere, STDOUT_FILENO);
-    dup2(nowhere, STDERR_FILENO);
-    const int status = ry_cli_parse("ryusa sweep", &argp, 0, argc, argv, a);
-    for (int k = 0; k < 2; k++) {
-        dup2(kept[k], STDOUT_FILENO + k);
-        close(kept[k]);
-    }
-    close(nowhere);
-    return status;
+    return pid > 0 && waitpid(pid, &how, 0) == pid && WIFEXITED(how) && WEXITSTATUS(how) == GOOD;
 }
 
+/* Of processes that were started together the first says what is wrong, and its status is that of all:
+ * mpirun ends the others as soon as one has failed, maybe before the first has spoken. */
 int ry_cli_sweep(int argc, char **argv)
 {
+    const int is_silent = ry_cli_mpi_rank() > 0;
     arguments a = {0};
     const ry_farm *farm = NULL;
     int gone = 0;
-    int status = parse_once(argc, argv, &a);
+    if (is_silent && !is_good(argc, argv)) {
+        return RY_OK;
+    }
+    int status = ry_cli_parse("ryusa sweep", &argp, 0, argc, argv, &a);
     if (status == RY_OK) {
         status = ry_cli_mpi_begin(a.shard, &farm);
-    }
-    if (status == RY_OK) {
-        status = run(&a, farm, &gone);
+        if (status == RY_OK) {
+            status = run(&a, farm, &gone);
+        } else if (is_silent) {
+            status = RY_OK;
+        }
     }
     if (farm) {
         fflush(stdout);
