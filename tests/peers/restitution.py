@@ -67,7 +67,8 @@ def restitution(folder, parts):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         exact = restitution(Path(folder), 40000).mean()
-        print(f"restitution in the limit of small steps {exact:.6f}\n{'T/dt':>6s} {'mean':>9s} {'worst':>9s}   relative errors")
+        print(f"restitution in the limit of small steps {exact:.6f}")
+        print(f"{'T/dt':>6s} {'mean':>9s} {'worst':>9s}   relative errors")
         for parts in (8, 11, 16, 22, 32, 45, 64, 90, 128, 180, 256, 360, 512, 1024):
             e = restitution(Path(folder), parts)
             print(f"{parts:6d} {e.mean() / exact - 1.0:9.2%} {np.abs(e / exact - 1.0).max():9.2%}")
