@@ -179,7 +179,8 @@ static void fetch_list(ry_pairs *pairs, int32_t n, ry_near *near)
 RY_CLONES static void put_slots(const ry_near *near, double (*slot)[RY_SLOT])
 {
     for (int32_t k = 0; k < near->n; k += 4) {
-        ry_four rows[4] = {ry_four_load(near->px + k), ry_four_load(near->pz + k), ry_four_load(near->pt + k)};
+        ry_four rows[4] = {ry_four_load(near->px + k), ry_four_load(near->pz + k), ry_four_load(near->pt + k),
+                           ry_four_load(near->mark + k)};
         ry_four_turn(rows);
         for (int32_t m = 0; m < 4; m++) {
             ry_four_store(slot[k + m], rows[m]);
@@ -204,7 +205,7 @@ static void put_list(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
 {
     for (int32_t k = 0; k < near->n; k++) {
         const int32_t p = near->list[0][k];
-        const double slot[RY_SLOT] = {near->px[k], near->pz[k], near->pt[k]};
+        const double slot[RY_SLOT] = {near->px[k], near->pz[k], near->pt[k], near->mark[k]};
         memcpy(pairs->slot[p], slot, sizeof slot);
         pairs->slip[p] = near->slip[k];
         pairs->rest[p] = near->rest[k];

@@ -132,9 +132,12 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         near->px[k] = mine ? px : 0.0;
         near->pz[k] = mine ? pz : 0.0;
         near->pt[k] = mine ? pt : 0.0;
+        const int lasts = mine & (p.from > 0.0), endures = lasts & (p.f < 0.0);
+        const int endured = (which == ENDURING) & (t.age > RY_IMPACT_STEPS) & (t.age < RY_AGE_MAX);
+        near->mark[k] = (endures ? RY_MARK_ENDURES : 0.0) + (endured ? RY_MARK_ENDURED : 0.0);
         rests[k] = mine ? p.rest : (touches ? t.rest : 0.0);
-        const double from = which == YOUNG ? ry_max(t.age, p.from) : t.age;
-        near->age[k] = touches ? ry_min(from + 1.0, RY_AGE_MAX) : 0.0;
+        const double next = ry_min(t.age + 1.0, RY_AGE_MAX), pushing = endured ? ry_min(next, RY_AGE_MAX - 1.0) : p.from + 1.0;
+        near->age[k] = touches ? (lasts ? (endures ? pushing : RY_AGE_MAX) : next) : 0.0;
     }
 }
 

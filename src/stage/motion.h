@@ -6,7 +6,8 @@
  * One step is   v' = v + (contacts + gravity + fluid) dt/m,   x' = x + shift + v' dt,
  * but a grain that no contact pushes drifts with the mean (v + v')/2: its flight under constant
  * acceleration is then exact, and so is its energy. A grain in contact must use v': with the mean, a
- * grain at rest would have to carry -g dt/2 for ever. */
+ * grain at rest would have to carry -g dt/2 for ever. Where springs begin to hold a grain, or cease to,
+ * gather gives it the half of a kick by gravity that lies between the two. */
 #ifndef RY_STAGE_MOTION_H
 #define RY_STAGE_MOTION_H
 

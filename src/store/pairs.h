@@ -16,7 +16,12 @@
 
 #include "store/state.h"
 
-enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_SPARE, RY_SLOT };
+enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_MARK, RY_SLOT };
+
+/* RY_SLOT_MARK, of laws that tell impacts from enduring contacts: the sum for a grain counts its contacts that
+ * endure, and those that did before. */
+#define RY_MARK_ENDURES 1.0
+#define RY_MARK_ENDURED 4096.0
 
 typedef struct ry_pairs {
     int32_t n_grains; /* grains the list was made for */
@@ -29,8 +34,8 @@ typedef struct ry_pairs {
     double *slip, *rest; /* as in ry_contacts */
     uint8_t *age;     /* steps in touch so far, up to 255; 0: did not touch in the last step */
     /* What the last step gives: impulse along x and z on the owner (the partner gets the opposite),
-     * angular impulse per radius (the same on both) [N s]; the fourth fills up to a power of two. Side by
-     * side, because a grain fetches all of a pair that may lie anywhere. */
+     * angular impulse per radius (the same on both) [N s]; marks. Side by side, because a grain
+     * fetches all of a pair that may lie anywhere. */
     double (*slot)[RY_SLOT];
     double *wet;      /* as in ry_contacts; NULL unless contacts are wet */
     double *sx, *sz;  /* shift x reduced mass, on the owner; NULL unless the law moves [kg m] */

@@ -48,7 +48,8 @@ typedef struct ry_grains {
     RY_CONTACT_FIELD(int32_t, id_j, "1", "higher id; n + w for wall w")                         \
     RY_CONTACT_FIELD(double, slip, "m", "stretch of the tangential spring")                     \
     RY_CONTACT_FIELD(double, rest, "m", "overlap at which the normal spring is relaxed")        \
-    RY_CONTACT_FIELD(double, age, "1", "steps since the contact closed, counted up to 255")
+    RY_CONTACT_FIELD(double, age, "1", "steps since the contact closed, up to 255; law energy: 5 to 254 from the step on in which it " \
+                     "became enduring, 255: enduring, but not pushing")
 
 /* Those with contact.wet only. */
 #define RY_WET_FIELDS(RY_CONTACT_FIELD)                                                         \
