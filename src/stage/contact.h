@@ -44,7 +44,8 @@ typedef struct ry_near {
     double *slip, *rest, *wet; /* those of ry_pairs themselves, or copies in `spare` */
     const double *own; /* e, or zeta2 of laws with a damping ratio, of each contact */
     /* out: */
-    double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK], pt[RY_CONTACT_BLOCK], mark[RY_CONTACT_BLOCK]; /* a slot of ry_pairs */
+    double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK]; /* a slot of ry_pairs */
+    double pt[RY_CONTACT_BLOCK], mark[RY_CONTACT_BLOCK];
     double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK]; /* as in ry_pairs */
     double impact[RY_CONTACT_BLOCK]; /* lost [J] */
 #define RY_TOUCH_NEAR(name, unit, text) double *t_##name; /* as slip */

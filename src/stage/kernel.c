@@ -132,12 +132,22 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         near->px[k] = mine ? px : 0.0;
         near->pz[k] = mine ? pz : 0.0;
         near->pt[k] = mine ? pt : 0.0;
-        const int lasts = mine & (p.from > 0.0), endures = lasts & (p.f < 0.0);
-        const int endured = (which == ENDURING) & (t.age > RY_IMPACT_STEPS) & (t.age < RY_AGE_MAX);
-        near->mark[k] = (endures ? RY_MARK_ENDURES : 0.0) + (endured ? RY_MARK_ENDURED : 0.0);
         rests[k] = mine ? p.rest : (touches ? t.rest : 0.0);
-        const double next = ry_min(t.age + 1.0, RY_AGE_MAX), pushing = endured ? ry_min(next, RY_AGE_MAX - 1.0) : p.from + 1.0;
-        near->age[k] = touches ? (lasts ? (endures ? pushing : RY_AGE_MAX) : next) : 0.0;
+        const double next = ry_min(t.age + 1.0, RY_AGE_MAX), first = RY_IMPACT_STEPS + 1.0;
+        double age = next, mark = 0.0;
+        if (which == ENDURING) {
+            const int pushes = mine & (p.f < 0.0), pushed = (t.age >= first) & (t.age < RY_AGE_MAX);
+            const double more = t.age < RY_AGE_MAX ? ry_min(next, RY_AGE_MAX - 1.0) : first;
+            const double lasting = p.f < 0.0 ? more : RY_AGE_MAX;
+            age = mine ? lasting : next;
+            mark = (pushes ? 1.0 : 0.0) - (pushed ? 1.0 : 0.0);
+        } else if (which == YOUNG) {
+            const double lasting = p.f < 0.0 ? first : RY_AGE_MAX, lasts = p.f < 0.0 ? 1.0 : 0.0;
+            age = p.from > 0.0 ? lasting : next;
+            mark = p.from > 0.0 ? lasts : 0.0;
+        }
+        near->age[k] = touches ? age : 0.0;
+        near->mark[k] = mark;
     }
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/memory.h"
 #include "base/parallel.h"
+#include "law/law.h"
 #include "stage/four.h"
 
 static ry_status make(double **array, int32_t n, int wanted, ry_error *error)
@@ -81,14 +82,37 @@ void ry_motion_settle(ry_motion *m, const ry_grains *g)
 
 /* ---- gather --------------------------------------------------------------------------------- */
 
+/* Springs that push a grain in this step, and in the one before. */
+typedef struct ry_held {
+    int now, before;
+} ry_held;
+
+static void note_held(ry_held *held, const ry_pairs *pairs, int32_t p)
+{
+    const int now = pairs->age[p] > (int)RY_IMPACT_STEPS && pairs->age[p] < (int)RY_AGE_MAX;
+    held->now += now;
+    held->before += now - (int)pairs->slot[p][RY_SLOT_MARK];
+}
+
 /* A grain whose contacts begin to endure, or cease to, gets half a kick of gravity less, or more: velocities lie
  * half a step before positions there, and beside them in flight. Without it each landing and take-off would
  * gain m g dt/2 times the change of the velocity. */
-RY_INLINE double half_a_kick(const ry_motion *m, int32_t k, double mark)
+static double half_a_kick(const ry_motion *m, const ry_pairs *pairs, int32_t k)
 {
-    const int32_t marks = (int32_t)mark, endured = (int32_t)RY_MARK_ENDURED;
-    const int before = marks >= endured, now = marks % endured != 0;
-    return before == now || m->im[k] == 0.0 ? 0.0 : (before - now) * 0.5 * m->weight[k] / m->im[k];
+    ry_held held = {0, 0};
+    for (int32_t b = pairs->below_start[k]; b < pairs->below_start[k + 1]; b++) {
+        note_held(&held, pairs, pairs->below[b]);
+    }
+    for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
+        note_held(&held, pairs, p);
+    }
+    for (int w = 0; w < RY_MAX_WALLS && pairs->wall_slot[w] != NULL; w++) {
+        if (pairs->wall_slot[w][k] >= 0) {
+            note_held(&held, pairs, pairs->wall_slot[w][k]);
+        }
+    }
+    const double turns = (held.before != 0) - (held.now != 0);
+    return turns != 0.0 && m->im[k] > 0.0 ? turns * 0.5 * m->weight[k] / m->im[k] : 0.0;
 }
 
 /* Ascending id of the partner: those with lower ids (where the grain is the partner of the pair), its
@@ -99,6 +123,10 @@ RY_CLONES static void gather_range(const ry_motion *m, ry_pairs *pairs, int32_t 
     const int32_t *const below = pairs->below, *const below_start = pairs->below_start;
     const int32_t *const row = pairs->row;
     const ry_four opposite = {-1.0, -1.0, 1.0, 1.0};
+    int walls = 0;
+    while (walls < RY_MAX_WALLS && pairs->wall_slot[walls] != NULL) {
+        walls++;
+    }
     for (int32_t k = begin; k < end; k++) {
         ry_four sum = {0.0, 0.0, 0.0, 0.0};
         for (int32_t b = below_start[k]; b < below_start[k + 1]; b++) {
@@ -107,14 +135,17 @@ RY_CLONES static void gather_range(const ry_motion *m, ry_pairs *pairs, int32_t 
         for (int32_t p = row[k]; p < row[k + 1]; p++) {
             sum += ry_four_load(slot[p]);
         }
-        for (int w = 0; w < RY_MAX_WALLS && pairs->wall_slot[w] != NULL; w++) {
+        for (int w = 0; w < walls; w++) {
             const int32_t p = pairs->wall_slot[w][k];
             if (p >= 0) {
                 sum += ry_four_load(slot[p]);
             }
         }
         m->cx[k] = sum[RY_SLOT_X];
-        m->cz[k] = sum[RY_SLOT_Z] + half_a_kick(m, k, sum[RY_SLOT_MARK]);
+        m->cz[k] = sum[RY_SLOT_Z];
+        if (sum[RY_SLOT_MARK] != 0.0) { /* where one begins and another ceases to push, nothing turns */
+            m->cz[k] += half_a_kick(m, pairs, k);
+        }
         m->ct[k] = sum[RY_SLOT_TURN];
     }
 }

@@ -18,10 +18,8 @@
 
 enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_MARK, RY_SLOT };
 
-/* RY_SLOT_MARK, of laws that tell impacts from enduring contacts: the sum for a grain counts its contacts that
- * endure, and those that did before. */
-#define RY_MARK_ENDURES 1.0
-#define RY_MARK_ENDURED 4096.0
+/* RY_SLOT_MARK, of laws that tell impacts from enduring contacts: 1 where springs begin to push in this step, -1
+ * where they cease to. */
 
 typedef struct ry_pairs {
     int32_t n_grains; /* grains the list was made for */
