@@ -53,6 +53,10 @@ bench: setup-bench build
 	$(PYTHON) -B postprocess/bench.py runs/bench-speed.h5
 	$(PYTHON) -B postprocess/bench.py runs/bench-peers.csv
 
+# q* of three grains against relations, and its convergence: tables and pictures in runs/validity/results.
+validity: build
+	@runs/validity/run.sh $(BUILD)/ryusa
+
 install: build
 	cmake --install $(BUILD) --prefix $(PREFIX)
 

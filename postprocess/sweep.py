@@ -4,8 +4,7 @@
 """Flux of a sweep, with error bars: against the Shields number, among relations and measurements, where
 that is what was varied first; otherwise against the first key that was varied.
 
-Replicas are taken together; the error bar is one standard error, the larger of what the series and
-what the spread of the replicas tell. mpm1948.csv has the 105 flume runs of Meyer-Peter & Müller."""
+Replicas are taken together; the error bar is one standard error, of the series and of the beds. mpm1948.csv has the 105 flume runs of Meyer-Peter & Müller."""
 from pathlib import Path
 
 import h5py

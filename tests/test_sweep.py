@@ -80,8 +80,11 @@ class Sweep(unittest.TestCase):
         self.assertEqual(t["cases/seed"].tolist(), [3, 4] * 6)
         self.assertEqual(t["points/replicas"].tolist(), [2] * 6)
         np.testing.assert_allclose(t["points/q_star"], t["cases/q_star"].reshape(6, 2).mean(axis=1))
-        spread = t["cases/q_star"].reshape(6, 2).std(axis=1, ddof=1) / np.sqrt(2)
-        np.testing.assert_allclose(t["points/error_between"], spread, rtol=1e-6)
+        within = np.sqrt((t["cases/q_star_standard_error"].reshape(6, 2) ** 2).sum(axis=1)) / 2
+        between = np.sqrt(np.maximum(t["cases/q_star"].reshape(6, 2).var(axis=1, ddof=1) / 2 - within ** 2, 0.0))
+        np.testing.assert_allclose(t["points/error_within"], within, rtol=1e-6)
+        np.testing.assert_allclose(t["points/error_between"], between, rtol=1e-6, atol=1e-12)
+        self.assertTrue((t["points/q_star_standard_error"] >= np.hypot(within, between) * (1 - 1e-9)).all())
         with h5py.File(self.folder / "s.h5") as file:
             linked = file["results/case-0007/observables/q_star/value"]
             self.assertEqual(len(linked), 21)

@@ -8,11 +8,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "analysis/replicas.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "config/keys.h"
 #include "io/table_file.h"
 #include "study/sweep_private.h"
+
+/* Below this mean q* a point tells nothing about how much moving beds differ. */
+#define LEAST_FLUX 1e-2
 
 /* The columns of /cases. */
 typedef struct columns {
@@ -172,29 +176,16 @@ static void write_cases(const ry_sweep_run *run, const columns *t, ry_table_file
     }
 }
 
-/* Mean of the replicas that are done. Its error: the larger of what their own errors give and of what
- * their spread gives. */
-static void average(const columns *t, int first, int replicas, double out[4])
+/* Each point's replicas that are done, and what beds differ by over all points. */
+static double gather_points(const columns *t, int n, int replicas, double *value, ry_replicas *point)
 {
-    double sum = 0.0, squares = 0.0, own = 0.0;
-    int n = 0;
-    for (int k = first; k < first + replicas; k++) {
-        if (t->status[k] == 0.0 && isfinite(t->q_star[k])) {
-            n++;
-            sum += t->q_star[k];
-            own += t->error[k] * t->error[k];
-        }
+    for (int k = 0; k < n * replicas; k++) {
+        value[k] = t->status[k] == 0.0 ? t->q_star[k] : NAN;
     }
-    const double mean = sum / n;
-    for (int k = first; k < first + replicas; k++) {
-        if (t->status[k] == 0.0 && isfinite(t->q_star[k])) {
-            squares += (t->q_star[k] - mean) * (t->q_star[k] - mean);
-        }
+    for (int k = 0; k < n; k++) {
+        point[k] = ry_replicas_of(replicas, value + k * replicas, t->error + k * replicas);
     }
-    out[0] = n;
-    out[1] = n > 0 ? mean : NAN;
-    out[2] = n > 0 ? sqrt(own) / n : NAN;
-    out[3] = n > 1 ? sqrt(squares / (n * (n - 1.0))) : NAN;
+    return ry_replicas_spread(n, point, LEAST_FLUX);
 }
 
 static int write_points(const ry_sweep_run *run, const columns *t, ry_table_file *f)
@@ -202,20 +193,22 @@ static int write_points(const ry_sweep_run *run, const columns *t, ry_table_file
     enum { CASE, SHIELDS, DONE, MEAN, OWN, SPREAD, BOTH, COLUMNS };
     const int n = run->file.n_points, replicas = run->file.replicas;
     double *column[COLUMNS];
-    int good = 1;
+    double *const value = numbers(t->n);
+    ry_replicas *const point = calloc((size_t)n + 1, sizeof *point);
+    int good = value != NULL && point != NULL;
     for (int c = 0; c < COLUMNS; c++) {
         column[c] = numbers(n);
         good = good && column[c] != NULL;
     }
+    const double spread = good ? gather_points(t, n, replicas, value, point) : 0.0;
     for (int k = 0; k < n && good; k++) {
-        double out[4];
-        average(t, k * replicas, replicas, out);
         column[CASE][k] = k * replicas + 1;
         column[SHIELDS][k] = t->shields[k * replicas];
-        for (int c = 0; c < 4; c++) {
-            column[DONE + c][k] = out[c];
-        }
-        column[BOTH][k] = fmax(out[2], out[3]); /* the one that is a number, if only one is */
+        column[DONE][k] = point[k].n;
+        column[MEAN][k] = point[k].mean;
+        column[OWN][k] = point[k].within;
+        column[SPREAD][k] = point[k].n > 1 ? point[k].between : NAN;
+        column[BOTH][k] = ry_replicas_error(&point[k], spread);
     }
     if (good) {
         ry_table_file_numbers(f, "points/first_case", "1", "row of /cases and /inputs, from 1", n,
@@ -226,10 +219,15 @@ static int write_points(const ry_sweep_run *run, const columns *t, ry_table_file
         ry_table_file_numbers(f, "points/error_within", "1",
                               "error of the mean by the replicas' own errors", n, column[OWN]);
         ry_table_file_numbers(f, "points/error_between", "1",
-                              "error of the mean by the spread of the replicas", n, column[SPREAD]);
-        ry_table_file_numbers(f, "points/q_star_standard_error", "1", "the larger of the two", n,
+                              "error of the mean by what the replicas differ by beyond that", n,
+                              column[SPREAD]);
+        ry_table_file_numbers(f, "points/q_star_standard_error", "1",
+                              "sqrt(within^2 + between^2), between not below what it is over all points", n,
                               column[BOTH]);
+        ry_table_file_set_number(f, "points", "spread_between_replicas", spread);
     }
+    free(value);
+    free(point);
     for (int c = 0; c < COLUMNS; c++) {
         free(column[c]);
     }
