@@ -13,7 +13,7 @@ CMAKE_ARGS ?=
 
 MAKEFLAGS += --no-print-directory
 
-.PHONY: all build setup setup-check setup-bench demo check bench install docs instructions format lint clean
+.PHONY: all build setup setup-check setup-bench demo check bench validity install docs instructions format lint clean
 
 all: build
 

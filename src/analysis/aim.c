@@ -136,15 +136,29 @@ static double place_of(int k)
     return -1.0 + 2.0 * k / (RY_RESPONSE_PROFILE - 1);
 }
 
-/* Outward from the best x, each point beginning where the one before ended. */
-static void walk_profile(const ry_aim *aim, ry_verdict *v, int input, int first, int step)
+/* From one place to the next, each beginning where the one before ended. Valleys may cross: what a walk
+ * from the other side has found lower stays. */
+static void walk_profile(const ry_aim *aim, ry_verdict *v, int input, int first, int step, double *x)
 {
-    double x[RY_RESPONSE_INPUTS];
-    memcpy(x, v->best, sizeof x);
     for (int k = first; k >= 0 && k < RY_RESPONSE_PROFILE; k += step) {
         x[input] = place_of(k);
-        v->profile[input][k] = polish(aim, input, x);
+        v->profile[input][k] = fmin(v->profile[input][k], polish(aim, input, x));
     }
+}
+
+/* Outward from the best x and back again. */
+static void find_profile(const ry_aim *aim, ry_verdict *v, int input, int below)
+{
+    double left[RY_RESPONSE_INPUTS], right[RY_RESPONSE_INPUTS];
+    memcpy(left, v->best, sizeof left);
+    memcpy(right, v->best, sizeof right);
+    for (int k = 0; k < RY_RESPONSE_PROFILE; k++) {
+        v->profile[input][k] = INFINITY;
+    }
+    walk_profile(aim, v, input, below, -1, left);
+    walk_profile(aim, v, input, below + 1, 1, right);
+    walk_profile(aim, v, input, 0, 1, left);
+    walk_profile(aim, v, input, RY_RESPONSE_PROFILE - 1, -1, right);
 }
 
 /* Where the profile crosses `level` on the way from the best x outward; the bound if it doesn't. */
@@ -167,8 +181,7 @@ static void find_intervals(const ry_aim *aim, ry_verdict *v)
 {
     for (int i = 0; i < aim->inputs; i++) {
         const int below = (int)floor((v->best[i] + 1.0) / 2.0 * (RY_RESPONSE_PROFILE - 1));
-        walk_profile(aim, v, i, below, -1);
-        walk_profile(aim, v, i, below + 1, 1);
+        find_profile(aim, v, i, below);
     }
     for (int i = 0; i < aim->inputs; i++) {
         const int below = (int)floor((v->best[i] + 1.0) / 2.0 * (RY_RESPONSE_PROFILE - 1));

@@ -162,7 +162,8 @@ static void write_target(const writer *w)
     numbers(w, "flux", "target", "1", "q* of the target", fit->n_theta, fit->target);
     numbers(w, "flux", "reachable", "1", "1: something that was run comes within 25 % of the target",
             fit->n_theta, reachable);
-    ry_table_file_set_number(w->file, "flux", "spread_between_seeds", fit->spread);
+    numbers(w, "flux", "spread_between_packings", "1", "standard deviation of q* between packings, over q*",
+            fit->n_theta, fit->spread);
 }
 
 static void write_fit(const writer *w)

@@ -50,19 +50,14 @@ static int replicas_of(const ry_tune_fit *fit, const ry_tune_flux *f, int i, ry_
 
 void ry_tune_pool(ry_tune_fit *fit, int n, const ry_tune_flux *const *set)
 {
-    double sum = 0.0;
-    int used = 0;
     for (int i = 0; i < fit->n_theta; i++) {
         ry_replicas at[RY_TUNE_SETS];
         int found = 0;
         for (int k = 0; k < n; k++) {
             found += replicas_of(fit, set[k], i, &at[found]);
         }
-        const double spread = ry_replicas_spread(found, at, 0.05 * fit->target[i]);
-        sum += spread * spread;
-        used += found > 0;
+        fit->spread[i] = ry_replicas_spread(found, at, 0.05 * fit->target[i]);
     }
-    fit->spread = used > 0 ? sqrt(sum / used) : 0.0;
 }
 
 void ry_tune_take_flux(const ry_tune_fit *fit, ry_tune_flux *f)
@@ -75,7 +70,7 @@ void ry_tune_take_flux(const ry_tune_fit *fit, ry_tune_flux *f)
             return;
         }
         f->q[i] = r.mean;
-        f->error[i] = ry_replicas_error(&r, fit->spread);
+        f->error[i] = ry_replicas_error(&r, fit->spread[i]);
     }
 }
 
@@ -92,7 +87,7 @@ double ry_tune_aim_variance(const ry_tune_fit *fit, int i)
 {
     const double t = isnan(fit->target_error[i]) ? RY_TUNE_GOAL
                                                  : fmax(fit->target_error[i] / fit->target[i], LEAST_ERROR);
-    return t * t + fit->spread * fit->spread / fit->seeds;
+    return t * t + fit->spread[i] * fit->spread[i] / fit->seeds;
 }
 
 /* A target between the least and the most that the sets give, within two standard errors, and with its

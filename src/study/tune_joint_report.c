@@ -105,13 +105,14 @@ void ry_tune_report_joint(const ry_tune_run *run)
     const ry_tune_fit *const fit = &run->fit;
     ry_tune_report_head(run);
     say(run, "\nJoint fit of %d constants: %d candidates all over the bounds, %d where the best may be, %d of use;\n"
-             "  the same packings for each; packings differ by %.0f %%. Quadratic surfaces in ln of the constants.\n",
-        j->n_axes, j->first, j->n - j->first, j->good, 100.0 * fit->spread);
+             "  the same packings for each. Quadratic surfaces in ln of the constants.\n",
+        j->n_axes, j->first, j->n - j->first, j->good);
     constants_table(run);
     directions(run);
     surfaces(run);
     say(run, "\nFlux with the best constants, %d packing%s\n", fit->seeds, fit->seeds == 1 ? "" : "s");
     ry_tune_report_theta(run);
+    ry_tune_report_spread(run);
     ry_tune_report_flux(run, &fit->best, "best");
     ry_tune_report_reach(run, "other constants within the bounds meet it, not these");
     if (run->wish->quick) {

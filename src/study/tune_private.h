@@ -125,7 +125,7 @@ typedef struct ry_tune_fit {
     double theta[RY_TUNE_THETAS], target[RY_TUNE_THETAS], target_error[RY_TUNE_THETAS];
     ry_tune_flux grid[RY_TUNE_BETAS];
     ry_tune_flux his, best; /* his constants; ours with the best beta */
-    double spread; /* of beds with different seeds, as a part of q*, pooled over all points */
+    double spread[RY_TUNE_THETAS]; /* of beds with other seeds, as a part of q*, pooled over all sets */
     double fine_beta[RY_TUNE_FINE], fine_misfit[RY_TUNE_FINE];
     double beta, low, high; /* 95 % of the resampled optima */
     int identifiable, at_edge;
@@ -228,6 +228,7 @@ void ry_tune_say(const ry_tune_run *run, const char *format, ...) __attribute__(
 void ry_tune_report_head(const ry_tune_run *run);
 void ry_tune_report_flux(const ry_tune_run *run, const ry_tune_flux *flux, const char *name);
 void ry_tune_report_theta(const ry_tune_run *run);
+void ry_tune_report_spread(const ry_tune_run *run);
 void ry_tune_report_reach(const ry_tune_run *run, const char *what);
 
 #endif

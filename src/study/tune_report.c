@@ -26,6 +26,17 @@ void ry_tune_say(const ry_tune_run *run, const char *format, ...)
     }
 }
 
+/* Why something was not run, without the file and line in front. */
+static const char *reason(const ry_tune_run *run, const char *why)
+{
+    const size_t length = strlen(run->base.path);
+    if (strncmp(why, run->base.path, length) == 0 && why[length] == ':') {
+        why += length + 1;
+        why += strspn(why, "0123456789: ");
+    }
+    return why;
+}
+
 static double chosen(const ry_tune_settling *t)
 {
     return t->candidate[t->ours].value;
@@ -44,9 +55,7 @@ static void settling_row(const ry_tune_run *run, const ry_tune_settling *t, int 
         while (s + 1 < t->seeds && c->piece[s].status == RY_OK) {
             s++;
         }
-        const char *const why = strstr(c->piece[s].why, "contact.");
-        say(run, "  %8.4g  not run: %.76s%s\n", c->value, why != NULL ? why : c->piece[s].why,
-            note);
+        say(run, "  %8.4g  not run: %.72s%s\n", c->value, reason(run, c->piece[s].why), note);
         return;
     }
     say(run, "  %8.4g  %6.3f +- %.3f  %6.3f +- %.3f  %8.4f +- %.4f   %8.5f%s%s%s%s\n", c->value,
@@ -132,8 +141,7 @@ static void report_settling(const ry_tune_run *run)
 void ry_tune_report_flux(const ry_tune_run *run, const ry_tune_flux *f, const char *name)
 {
     if (!f->good) {
-        const char *const why = strstr(f->piece[0].why, "contact.");
-        say(run, "  %-8s  not run: %.76s\n", name, why != NULL ? why : f->piece[0].why);
+        say(run, "  %-8s  not run: %.72s\n", name, reason(run, f->piece[0].why));
         return;
     }
     say(run, "  %-8s", name);
@@ -161,17 +169,39 @@ void ry_tune_report_theta(const ry_tune_run *run)
     say(run, "\n");
 }
 
+/* What q* of beds differs by that differ in their packing only. */
+void ry_tune_report_spread(const ry_tune_run *run)
+{
+    say(run, "  packings");
+    for (int i = 0; i < run->fit.n_theta; i++) {
+        say(run, "  %7.0f %%", 100.0 * run->fit.spread[i]);
+    }
+    say(run, "   (beds differ by)\n");
+}
+
 static void flux_table(const ry_tune_run *run)
 {
     const ry_tune_fit *const fit = &run->fit;
     char name[30];
     ry_tune_report_theta(run);
+    ry_tune_report_spread(run);
     for (int b = 0; b < fit->n_beta; b++) {
         snprintf(name, sizeof name, "b=%.3g", fit->grid[b].beta);
         ry_tune_report_flux(run, &fit->grid[b], name);
     }
     ry_tune_report_flux(run, &fit->best, "best");
     ry_tune_report_flux(run, &fit->his, "Harada's");
+}
+
+/* Beds of the best constants that are at rest, or nearly. */
+static int beds_at_rest(const ry_tune_fit *fit, int i)
+{
+    int rest = 0;
+    for (int s = 0; s < fit->seeds; s++) {
+        const ry_tune_piece *const piece = &fit->best.piece[i * fit->seeds + s];
+        rest += piece->n > 0 && piece->value[RY_TUNE_Q] < 0.1 * fit->target[i];
+    }
+    return rest;
 }
 
 void ry_tune_report_reach(const ry_tune_run *run, const char *what)
@@ -187,6 +217,11 @@ void ry_tune_report_reach(const ry_tune_run *run, const char *what)
             say(run, "  theta = %-6.3g %+5.0f %% (+- %.0f) of the target: %s\n", fit->theta[i], off,
                 error,
                 fit->reachable[i] ? what : "OUT OF REACH of the model, whatever was run");
+            const int rest = beds_at_rest(fit, i);
+            if (rest > 0) {
+                say(run, "                  %d of %d beds rest there: near the threshold the packing decides\n", rest,
+                    fit->seeds);
+            }
         }
     }
     say(run, "  within 25 %% of the target at %d of %d Shields numbers%s\n", met, fit->n_theta,
@@ -213,6 +248,12 @@ static void report_beta(const ry_tune_run *run)
     if (fit->at_edge) {
         say(run,
             "  it lies at the edge of what was run: the target pulls beyond that, don't trust it\n");
+    } else if (fit->identifiable) {
+        const int below = fit->low > 1.001 * fit->fine_beta[0];
+        const int above = fit->high < 0.999 * fit->fine_beta[RY_TUNE_FINE - 1];
+        say(run, "%s", below && above ? ""
+                       : above        ? "  bounded from above only: the lower limit is the edge of what was run\n"
+                                      : "  bounded from below only: the upper limit is the edge of what was run\n");
     }
     ry_tune_report_reach(run, "another beta meets it, not this one");
 }
@@ -277,9 +318,6 @@ void ry_tune_report(const ry_tune_run *run)
     report_settling(run);
     say(run, "\n3. flux: q*, from motion, the same %d packing%s for each", fit->seeds,
         fit->seeds == 1 ? "" : "s");
-    if (fit->seeds > 1) {
-        say(run, "; packings differ by %.0f %%", 100.0 * fit->spread);
-    }
     say(run, "\n");
     flux_table(run);
     report_beta(run);
