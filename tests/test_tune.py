@@ -122,7 +122,7 @@ class Tune(unittest.TestCase):
         for text in ("Joint fit of 2 constants: 9 candidates", "contact.friction", "95 %", "The data constrain",
                      "left-out candidates", "bed-tuned.yaml"):
             self.assertIn(text, r.stdout)
-        self.assertLessEqual(max(len(line) for line in r.stdout.splitlines()), 110)
+        self.assertLessEqual(max(len(line) for line in r.stdout.splitlines()), 100)
         with h5py.File(self.folder / "bed-tuned.h5") as file:
             self.assertEqual(file.attrs["varied"], "contact.friction,contact.alpha_m")
             best = float(file["joint/contact.friction"].attrs["best"])

@@ -275,8 +275,8 @@ static void round_best(ry_tune_joint *j)
         const ry_tune_axis *const axis = &j->axis[k];
         snprintf(text, sizeof text, "%.3g", ry_tune_axis_value(axis, j->verdict.best[k]));
         j->best[k] = fmin(fmax(strtod(text, NULL), axis->low), axis->high);
-        j->low[k] = ry_tune_axis_value(axis, j->verdict.low[k]);
-        j->high[k] = ry_tune_axis_value(axis, j->verdict.high[k]);
+        j->low[k] = j->verdict.low[k] > -1.0 ? ry_tune_axis_value(axis, j->verdict.low[k]) : axis->low;
+        j->high[k] = j->verdict.high[k] < 1.0 ? ry_tune_axis_value(axis, j->verdict.high[k]) : axis->high;
     }
 }
 

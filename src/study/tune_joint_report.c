@@ -26,7 +26,7 @@ static const char *verdict_of(const ry_verdict *v, int k)
     return below && above ? "constrained"
            : below        ? "bounded from below only"
            : above        ? "bounded from above only"
-                          : "NOT IDENTIFIABLE within the bounds";
+                          : "NOT IDENTIFIABLE";
 }
 
 static void constants_table(const ry_tune_run *run)
@@ -82,8 +82,8 @@ static void directions(const ry_tune_run *run)
         name_direction(j, d, name, sizeof name, &members);
         say(run, "  %11.3g %8.3g    %s%s\n", v->value[d], v->rise[d], name, v->flat[d] ? "  FLAT" : "");
         if (v->flat[d]) {
-            say(run, "                          %s\n",
-                members > 1 ? "these are confounded: moved together like this, they change nothing that is seen"
+            say(run, "                         %s\n",
+                members > 1 ? "confounded: moved together like this they change nothing that is seen"
                             : "what it does to q* is less than the noise");
         }
     }

@@ -269,7 +269,8 @@ static void report_confounding(const ry_tune_run *run)
     const ry_derived best = ry_config_derive(&c);
     say(run,
         "\nWhat beta does: with dt fixed it divides k by beta^2 and leaves eta as it is, for eta goes with\n"
-        "  alpha_cn beta x sqrt(k). k = %.3g N/m and eta = %.3g N s/m at beta = 1; %.3g and %.3g at %.3g.\n"
+        "  alpha_cn beta x sqrt(k). At beta = 1 k = %.3g N/m and eta = %.3g N s/m; at the best\n"
+        "  %.3g and %.3g (beta = %.3g).\n"
         "  Softness and damping are confounded: a fit of beta can't tell one from the other.\n",
         one.stiffness, one.damping, best.stiffness, best.damping, run->fit.beta);
 }
