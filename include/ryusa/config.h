@@ -35,7 +35,8 @@ extern "C" {
     RY_NAME(RY_DRAG_DALLAVALLE, "dallavalle") RY_NAME(RY_DRAG_SCHILLER, "schiller-naumann") \
     RY_NAME(RY_DRAG_FERGUSON, "ferguson-church")
 #define RY_LIST_mixing(RY_NAME) \
-    RY_NAME(RY_MIXING_LI_SAWAMOTO, "li-sawamoto") RY_NAME(RY_MIXING_DURAN, "duran")
+    RY_NAME(RY_MIXING_LI_SAWAMOTO, "li-sawamoto") RY_NAME(RY_MIXING_DURAN, "duran") \
+    RY_NAME(RY_MIXING_DURAN_MOVING, "duran-moving")
 #define RY_LIST_start(RY_NAME) RY_NAME(RY_START_REST, "rest") RY_NAME(RY_START_MOTION, "motion")
 #define RY_LIST_order(RY_NAME)                                             \
     RY_NAME(RY_ORDER_ID, "id") RY_NAME(RY_ORDER_BED, "bed")                \

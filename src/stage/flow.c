@@ -21,6 +21,9 @@
 /* Rows of flow->sums: solid volume, force on the grains, its derivative by the fluid's velocity. */
 enum { SUM_VOLUME, SUM_FORCE, SUM_SLOPE, SUM_COUNT };
 
+/* Of u_star: what moves more slowly does not mix (duran-moving). */
+#define STILL_PART 0.02
+
 /* A row has room for a last run of slices beyond the column. */
 static size_t row_length(const ry_flow *f)
 {
@@ -306,16 +309,19 @@ double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d)
 
 /* Mixing length at the inner faces, out[k] at the face above cell k. Li & Sawamoto (1995, J. Coastal
  * Res.): l = kappa int (phi_max - phi)/phi_max dz. Duran et al. (2012, eq. 9):
- * dl/dz = kappa (1 - exp(-sqrt(u l/(7 nu)))), started with l = kappa z in the first cell. */
-static void mixing_length(const ry_flow *f, const ry_column *c, double *out)
+ * dl/dz = kappa (1 - exp(-sqrt(u l/(7 nu)))), started with l = kappa z in the first cell. In a bed at rest u
+ * is what its grains' trembling leaves; summed over a deep bed it makes an l of its own, which grows with the
+ * depth. duran-moving takes u above u_star/50 only: the fluid that stands still in the bed makes no eddies. */
+static void mixing_length(const ry_flow *f, const ry_column *c, double tau, double *out)
 {
+    const double still = f->mixing == RY_FLOW_DURAN_MOVING ? STILL_PART * sqrt(tau / f->density) : 0.0;
     double l = 0.0;
     for (int32_t k = 0; k < c->nz; k++) {
         if (f->mixing == RY_FLOW_LI_SAWAMOTO) {
             const double room = 1.0 - c->phi[k] / RY_FLOW_PHI_MAX;
             l += room > 0.0 ? RY_FLOW_KAPPA * room * c->dz : 0.0;
         } else {
-            const double u = c->u[k] > 0.0 ? c->u[k] : 0.0;
+            const double u = c->u[k] > still ? c->u[k] - still : 0.0;
             const double seed = l > 0.0 ? l : RY_FLOW_KAPPA * c->dz;
             l += RY_FLOW_KAPPA * c->dz * (1.0 - ry_exp(-sqrt(u * seed / (7.0 * f->viscosity))));
         }
@@ -389,7 +395,7 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
     const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE);
     double *const length = f->work, *const low = length + c->nz, *const diagonal = low + c->nz;
     double *const high = diagonal + c->nz, *const rhs = high + c->nz;
-    mixing_length(f, c, length);
+    mixing_length(f, c, tau_top, length);
     /* the face below the first cell is the floor, half a cell away: u = 0, viscous */
     double k_below = f->density * (1.0 - c->phi[0]) * f->viscosity / (0.5 * dz);
     double rest_below = 0.0;
@@ -424,7 +430,7 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
 static void stress_gradient(ry_flow *f, ry_column *c, double tau_top)
 {
     double *const length = f->work;
-    mixing_length(f, c, length);
+    mixing_length(f, c, tau_top, length);
     double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
     for (int32_t k = 0; k < c->nz; k++) {
         const double above = k + 1 < c->nz
@@ -437,7 +443,7 @@ static void stress_gradient(ry_flow *f, ry_column *c, double tau_top)
 void ry_flow_shear(const ry_flow *f, const ry_column *c, double tau, double *out)
 {
     double *const length = f->work;
-    mixing_length(f, c, length);
+    mixing_length(f, c, tau, length);
     double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
     for (int32_t k = 0; k < c->nz; k++) {
         const double above = k + 1 < c->nz

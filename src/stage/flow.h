@@ -15,7 +15,7 @@
 /* The order of ry_fluid, ry_drag and ry_mixing in ryusa/config.h. */
 typedef enum { RY_FLOW_NONE, RY_FLOW_STRESS, RY_FLOW_LOG, RY_FLOW_BALANCE } ry_flow_model;
 typedef enum { RY_FLOW_DALLAVALLE, RY_FLOW_SCHILLER, RY_FLOW_FERGUSON } ry_flow_drag;
-typedef enum { RY_FLOW_LI_SAWAMOTO, RY_FLOW_DURAN } ry_flow_mixing;
+typedef enum { RY_FLOW_LI_SAWAMOTO, RY_FLOW_DURAN, RY_FLOW_DURAN_MOVING } ry_flow_mixing;
 
 /* von Karman's constant; the solid fraction at which Li & Sawamoto's mixing length stops growing
  * (Maurin et al. 2015: 0.61). */
