@@ -13,6 +13,7 @@ from ryusa_result import ResultError, parser, run
 from sweep import MEASURED, Sweep, make
 
 GRAINS = {"sand-0.5mm": "0.5 mm sand, s = 2.65", "beads-2mm": "2 mm glass, s = 2.5", "beads-6mm": "6 mm glass, s = 2.5"}
+AT_REST = 1e-5
 TARGETS = ("wong-parker", "meyer-peter-muller", "ashida-michiue")
 CHANGES = ("as it is", "twice as long", "twice as many layers", "half the time step, same springs")
 
@@ -33,6 +34,9 @@ def ratio(q, theta, key):
 def table_of_grain(sweep):
     rows = [["θ", "q\\*", "±", *(f"/ {key}" for key in TARGETS if key in read_curves())]]
     for theta, q, error in zip(sweep.shields, sweep.mean, sweep.error):
+        if q < AT_REST:
+            rows.append([f"{theta:g}", "at rest", *[""] * (len(rows[0]) - 2)])
+            continue
         rows.append([f"{theta:g}", f"{q:.3g}", f"{error:.1g}",
                      *(ratio(q, theta, key) for key in TARGETS if key in read_curves())])
     return columns_of(rows)

@@ -106,8 +106,8 @@ static void harada_constants(void **state)
     assert_true(fabs(q.shear_stress - 0.2 * 1650.0 * 9.81 * 0.5e-3) < 1e-12);
     assert_true(fabs(q.friction_velocity - sqrt(q.shear_stress / 1000.0)) < 1e-15);
     assert_true(fabs(q.flux_unit - sqrt(1.65 * 9.81 * 1.25e-10)) < 1e-15);
-    assert_true(fabs(q.length - 2.5e-3) < 1e-17);
-    assert_true(q.steps_settle == 25000 && q.steps_end == 500000);
+    assert_true(fabs(q.length - 10e-3) < 1e-16);
+    assert_true(q.steps_settle == 25000 && q.steps_end == 300000);
     assert_true(q.steps_frame == 500 && q.steps_series == 50);
     config.contact_beta = 15.8; /* k falls with beta^2, eta stays */
     const ry_derived soft = ry_config_derive(&config);

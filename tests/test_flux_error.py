@@ -21,8 +21,8 @@ except ImportError as missing:
 PROGRAM = os.environ["RYUSA"]
 SCENE = """\
 time: {step: 20 us, end: 8 s, settle: 0.1 s}
-grains: {columns: 8, layers: 4, seed: 2}
-fluid: {shields: 0.8}
+grains: {columns: 8, layers: 6, seed: 2}
+fluid: {shields: 0.4}
 output: {interval: 10 ms, fields: [flux]}
 """
 STOP = ("-s", "stop.flux_error=0.1", "-s", "stop.after=1 s")
