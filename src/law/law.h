@@ -24,7 +24,7 @@
 /* A contact stays an impact for its first steps: a free binary impact is over in three. */
 #define RY_IMPACT_STEPS 4.0
 /* age counts no further than this; of laws that tell impacts from enduring contacts, it means an enduring one that
- * does not push. */
+ * has not pushed yet. */
 #define RY_AGE_MAX 255.0
 
 /* Coefficients of one pair; the same for all pairs of equal grains. */

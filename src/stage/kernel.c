@@ -136,15 +136,15 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const double next = ry_min(t.age + 1.0, RY_AGE_MAX), first = RY_IMPACT_STEPS + 1.0;
         double age = next, mark = 0.0;
         if (which == ENDURING) {
-            const int pushes = mine & (p.f < 0.0), pushed = (t.age >= first) & (t.age < RY_AGE_MAX);
-            const double more = t.age < RY_AGE_MAX ? ry_min(next, RY_AGE_MAX - 1.0) : first;
-            const double lasting = p.f < 0.0 ? more : RY_AGE_MAX;
+            const int held = (t.age >= first) & (t.age < RY_AGE_MAX), holds = mine & (held | (p.f < 0.0));
+            const double start = p.f < 0.0 ? first : RY_AGE_MAX;
+            const double lasting = held ? ry_min(next, RY_AGE_MAX - 1.0) : start;
             age = mine ? lasting : next;
-            mark = (pushes ? 1.0 : 0.0) - (pushed ? 1.0 : 0.0);
+            mark = (holds ? 1.0 : 0.0) - (held ? 1.0 : 0.0);
         } else if (which == YOUNG) {
-            const double lasting = p.f < 0.0 ? first : RY_AGE_MAX, lasts = p.f < 0.0 ? 1.0 : 0.0;
-            age = p.from > 0.0 ? lasting : next;
-            mark = p.from > 0.0 ? lasts : 0.0;
+            const double start = p.f < 0.0 ? first : RY_AGE_MAX, starts = p.f < 0.0 ? 1.0 : 0.0;
+            age = p.from > 0.0 ? start : next;
+            mark = p.from > 0.0 ? starts : 0.0;
         }
         near->age[k] = touches ? age : 0.0;
         near->mark[k] = mark;

@@ -18,8 +18,8 @@
 
 enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_MARK, RY_SLOT };
 
-/* RY_SLOT_MARK, of laws that tell impacts from enduring contacts: 1 where springs begin to push in this step, -1
- * where they cease to. */
+/* RY_SLOT_MARK, of laws that tell impacts from enduring contacts: 1 where a spring begins to hold in this step,
+ * -1 where its contact has opened. */
 
 typedef struct ry_pairs {
     int32_t n_grains; /* grains the list was made for */

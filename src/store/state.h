@@ -49,7 +49,7 @@ typedef struct ry_grains {
     RY_CONTACT_FIELD(double, slip, "m", "stretch of the tangential spring")                     \
     RY_CONTACT_FIELD(double, rest, "m", "overlap at which the normal spring is relaxed")        \
     RY_CONTACT_FIELD(double, age, "1", "steps since the contact closed, up to 255; law energy: 5 to 254 from the step on in which it " \
-                     "became enduring, 255: enduring, but not pushing")
+                     "became enduring, 255: enduring, but has not pushed yet")
 
 /* Those with contact.wet only. */
 #define RY_WET_FIELDS(RY_CONTACT_FIELD)                                                         \
