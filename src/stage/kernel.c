@@ -136,11 +136,13 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const double next = ry_min(t.age + 1.0, RY_AGE_MAX), first = RY_IMPACT_STEPS + 1.0;
         double age = next, mark = 0.0;
         if (which == ENDURING) {
-            const int held = (t.age >= first) & (t.age < RY_AGE_MAX), holds = mine & (held | (p.f < 0.0));
-            const double start = p.f < 0.0 ? first : RY_AGE_MAX;
-            const double lasting = held ? ry_min(next, RY_AGE_MAX - 1.0) : start;
+            const double start = p.f < 0.0 ? first : RY_AGE_MAX, more = ry_min(next, RY_AGE_MAX - 1.0);
+            const double later = t.age < RY_AGE_MAX ? more : start;
+            const double lasting = t.age < first ? start : later;
+            const double was = t.age < RY_AGE_MAX ? 1.0 : 0.0, held = t.age < first ? 0.0 : was;
+            const double will = lasting < RY_AGE_MAX ? 1.0 : 0.0;
             age = mine ? lasting : next;
-            mark = (holds ? 1.0 : 0.0) - (held ? 1.0 : 0.0);
+            mark = (mine ? will : 0.0) - held;
         } else if (which == YOUNG) {
             const double start = p.f < 0.0 ? first : RY_AGE_MAX, starts = p.f < 0.0 ? 1.0 : 0.0;
             age = p.from > 0.0 ? start : next;
