@@ -369,11 +369,15 @@ static int32_t layer_top(const ry_flow *f, const ry_column *c)
 
 /* Above the grains nothing takes momentum out: the stress is tau_b and the fluid has long adapted to it
  * (its own spin-up, depth/u_star, would be waiting, not physics of the bed). The closure gives the
- * gradient: nu s + l^2 s^2 = tau/(rho (1-phi)). */
+ * gradient: nu s + l^2 s^2 = tau/(rho (1-phi)). When the flow sets in, nothing moves yet and l is 0, which
+ * would be laminar water at enormous speed; with duran-moving l is at least that above a wall in the first
+ * cell. */
 static void clear_flow(const ry_flow *f, ry_column *c, int32_t first, const double *length, double tau)
 {
     for (int32_t k = first; k < c->nz; k++) {
-        const double l2 = length[k - 1] * length[k - 1];
+        const double wall = f->mixing == RY_FLOW_DURAN_MOVING ? RY_FLOW_KAPPA * (k - first + 0.5) * c->dz : 0.0;
+        const double l = length[k - 1] > wall ? length[k - 1] : wall;
+        const double l2 = l * l;
         const double kinematic = tau / (f->density * open_part(c, k - 1));
         const double s = 2.0 * kinematic /
                          (f->viscosity + sqrt(f->viscosity * f->viscosity + 4.0 * l2 * kinematic));
