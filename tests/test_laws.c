@@ -210,6 +210,40 @@ static void test_tanaka_restitution(void **state)
     }
 }
 
+/* Squeezed to a depth and let go, d = sin^2: what a cycle costs is the dashpot's work, int c d^(1/4) w dd, less what
+ * the force would pull; without damping nothing, and no force without overlap. */
+static double tanaka_cycle(double a, double c, int n)
+{
+    const ry_bond q = {.a = a, .c = c, .e = 0.5};
+    double lost = 0.0;
+    for (int k = 0; k < n; k++) {
+        const double from = sin(M_PI * k / n), to = sin(M_PI * (k + 1) / n), middle = sin(M_PI * (k + 0.5) / n);
+        const double run = to * to - from * from; /* of this step; the law sees speed in units of 1/1000 of the cycle */
+        const ry_touch t = {.d = middle * middle, .w = run * n / 1000.0, .age = 9.0, .split = 1.0};
+        lost -= ry_law_tanaka(q, t).f * run;
+    }
+    return lost;
+}
+
+static void test_tanaka_cycle(void **state)
+{
+    (void)state;
+    const double a = 1e-3, c = 0.01;
+    double exact = 0.0; /* by Simpson's rule over the phase */
+    const int n = 200000;
+    for (int k = 0; k <= n; k++) {
+        const double phase = M_PI * k / n, d = sin(phase) * sin(phase), speed = sin(2.0 * phase) * M_PI;
+        const double force = fmax(a * pow(d, 1.5) + c * pow(d, 0.25) * speed / 1000.0, 0.0);
+        exact += force * speed / n / 3.0 * (k == 0 || k == n ? 1.0 : (k % 2 ? 4.0 : 2.0));
+    }
+    const double lost = tanaka_cycle(a, c, 20000);
+    printf("tanaka, a cycle: lost %.9g, by quadrature %.9g; undamped %.1e\n", lost, exact, tanaka_cycle(a, 0.0, 20000));
+    assert_true(fabs(lost / exact - 1.0) <= 1e-6);
+    assert_true(fabs(tanaka_cycle(a, 0.0, 20000)) <= 1e-15);
+    const ry_bond q = {.a = a, .c = c};
+    assert_true(ry_law_tanaka(q, (ry_touch){.d = 0.0, .w = -1.0, .split = 1.0}).f == 0.0);
+}
+
 /* ---- any input ------------------------------------------------------------------------------------ */
 
 static ry_touch random_touch(int k)
@@ -334,6 +368,7 @@ int main(void)
         cmocka_unit_test(test_exact_restitution),   cmocka_unit_test(test_bounce_energy),
         cmocka_unit_test(test_printed_losses),      cmocka_unit_test(test_fujioka1),
         cmocka_unit_test(test_cundall_restitution), cmocka_unit_test(test_tanaka_restitution),
+        cmocka_unit_test(test_tanaka_cycle),
         cmocka_unit_test(test_any_input),           cmocka_unit_test(test_tangential),
         cmocka_unit_test(test_steps_in_touch),
     };
