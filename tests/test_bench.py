@@ -90,6 +90,10 @@ class Bench(unittest.TestCase):
                     self.assertTrue(np.isnan(g["integration"][:][refused]).all())
                     self.assertTrue(np.isfinite(g["integration"][:][~refused]).all())
                     self.assertTrue(all(len(m) > 20 for m in g["message"][:][refused]))
+            # The default law gains nowhere.
+            for name in ("alpha_cn", "beta", "impact", "sizes"):
+                got = {words[int(c)] for c in f[name]["energy"]["class"][:]}
+                self.assertFalse(got & {"gains", "explodes"}, (name, got))
             # A row of equal grains on fixed ones comes to rest.
             self.assertEqual(words[int(f["sizes/energy/class"][0])], "quiet")
         self.draws("s.h5")
