@@ -50,8 +50,8 @@ static void test_elastic_normal(void **state)
 }
 
 /* elastic and dashpot, tangential: a grain is pushed along a plane that holds it by much friction; its spring swings
- * and dies out, and 5/7 of the energy are left as rolling. friction: with less of it, it slides until it rolls; the same
- * 2/7. As it starts without overlap, it also loses (m g)^2/(2 k) to the normal dashpot. */
+ * and dies out, and 5/7 of the energy are left as rolling. friction: with less of it, it slides until it rolls;
+ * the same 2/7. As it starts without overlap, it also loses (m g)^2/(2 k) to the normal dashpot. */
 static void test_rolling_start(void **state)
 {
     (void)state;
