@@ -96,12 +96,19 @@ RY_CLONES static void fetch_grains(const ry_contact *c, ry_near *near)
         ry_four_store(near->tm + k, motion[RY_BODY_TM - RY_BODY_VX]);
     }
     const double length = c->length, half = c->half;
-#pragma omp simd
+    int opens = 0, young = 0;
+#pragma omp simd reduction(| : opens, young)
     for (int32_t k = 0; k < n; k++) {
         const double dx = ry_contact_nearest(near->dx[k], length, half), dz = near->dz[k];
+        const double distance = sqrt(dx * dx + dz * dz), age = near->age[k];
+        const int touches = distance < near->radii[k];
         near->dx[k] = dx;
-        near->distance[k] = sqrt(dx * dx + dz * dz);
+        near->distance[k] = distance;
+        opens |= !touches & (age != 0.0);
+        young |= touches & (age < RY_IMPACT_STEPS);
     }
+    near->opens = opens;
+    near->young = young;
 }
 
 /* Walls are at rest and have no radius. */
@@ -114,6 +121,7 @@ static void fetch_walls(const ry_contact *c, const ry_grains *g, ry_near *near)
         near->dz[k] = gap.dz;
         near->distance[k] = gap.distance;
     }
+    near->opens = near->young = 1;
 }
 
 static void fetch_geometry(const ry_contact *c, const ry_grains *g, ry_near *near)
@@ -122,6 +130,13 @@ static void fetch_geometry(const ry_contact *c, const ry_grains *g, ry_near *nea
         fetch_walls(c, g, near);
     } else {
         fetch_grains(c, near);
+    }
+}
+
+RY_CLONES static void fetch_ages(const uint8_t *restrict age, int32_t n, double *restrict out)
+{
+    for (int32_t k = 0; k < n; k++) {
+        out[k] = age[k];
     }
 }
 
@@ -139,10 +154,7 @@ static void fetch_run(ry_pairs *pairs, int32_t first, int32_t n, ry_near *near)
         RY_TOUCH_FIELDS(RY_TOUCH_AT)
     }
 #undef RY_TOUCH_AT
-    const uint8_t *const age = pairs->age + first;
-    for (int32_t k = 0; k < n; k++) {
-        near->age[k] = age[k];
-    }
+    fetch_ages(pairs->age + first, n, near->age);
 }
 
 /* Any others are copied: those of near->list[0]; the last is repeated to fill the vectors. */
@@ -176,8 +188,11 @@ static void fetch_list(ry_pairs *pairs, int32_t n, ry_near *near)
 
 /* ---- a block: put away ---------------------------------------------------------------------- */
 
-RY_CLONES static void put_slots(const ry_near *near, double (*slot)[RY_SLOT])
+RY_CLONES static void put_slots(const ry_near *near, double (*restrict slot)[RY_SLOT], uint8_t *restrict age)
 {
+    for (int32_t k = 0; k < near->n; k++) {
+        age[k] = (uint8_t)(int)near->age[k];
+    }
     for (int32_t k = 0; k < near->n; k += 4) {
         ry_four rows[4] = {ry_four_load(near->px + k), ry_four_load(near->pz + k), ry_four_load(near->pt + k),
                            ry_four_load(near->mark + k)};
@@ -190,11 +205,7 @@ RY_CLONES static void put_slots(const ry_near *near, double (*slot)[RY_SLOT])
 
 static void put_run(const ry_contact *c, ry_pairs *pairs, int32_t first, const ry_near *near)
 {
-    put_slots(near, pairs->slot + first);
-    uint8_t *const age = pairs->age + first;
-    for (int32_t k = 0; k < near->n; k++) {
-        age[k] = (uint8_t)near->age[k];
-    }
+    put_slots(near, pairs->slot + first, pairs->age + first);
     if (c->moves) {
         memcpy(pairs->sx + first, near->sx, (size_t)near->n * sizeof *near->sx);
         memcpy(pairs->sz + first, near->sz, (size_t)near->n * sizeof *near->sz);
@@ -232,11 +243,7 @@ static void put_list(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
 static void book_openings(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t first,
                           const ry_near *near)
 {
-    int any = 0;
     for (int32_t k = 0; k < near->n; k++) {
-        any |= !(near->distance[k] < near->radii[k]) & (near->age[k] != 0.0);
-    }
-    for (int32_t k = 0; any && k < near->n; k++) {
         if (!(near->distance[k] < near->radii[k]) && near->age[k] != 0.0) {
             const int32_t i = near->i[k];
             const ry_gap gap = {near->dx[k], near->dz[k], near->distance[k]};
@@ -256,12 +263,8 @@ static void book_impacts(const ry_contact *c, const ry_near *near)
 /* Appends the contacts of a block that are in their first steps to `young`; returns how many they are. */
 static int32_t list_young(const uint8_t *age, int32_t first, int32_t n, int32_t *young)
 {
-    int any = 0;
-    for (int32_t k = 0; k < n; k++) {
-        any |= (uint8_t)(age[k] - 1) < (int)RY_IMPACT_STEPS;
-    }
     int32_t found = 0;
-    for (int32_t k = 0; any && k < n; k++) {
+    for (int32_t k = 0; k < n; k++) {
         young[found] = first + k;
         found += (uint8_t)(age[k] - 1) < (int)RY_IMPACT_STEPS;
     }
@@ -281,7 +284,7 @@ static void push_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
         fetch_list(pairs, n, near);
     }
     fetch_geometry(c, g, near);
-    if ((c->features & RY_CONTACT_LEDGER) && (c->features & RY_CONTACT_FRICTION)) {
+    if (near->opens && (c->features & RY_CONTACT_LEDGER) && (c->features & RY_CONTACT_FRICTION)) {
         book_openings(c, g, pairs, first, near);
     }
     if (c->film.on) {
@@ -307,7 +310,7 @@ static int32_t push_range(const ry_contact *c, const ry_grains *g, ry_pairs *pai
     for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
         const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
         push_block(c, g, pairs, p, n, &near);
-        if (c->young != NULL) {
+        if (near.young && c->young != NULL) {
             young += list_young(pairs->age + p, p, n, pairs->young + first + young);
         }
     }

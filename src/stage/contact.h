@@ -31,6 +31,7 @@ enum { RY_CONTACT_LANES = 8 };
 typedef struct ry_near {
     int32_t n, n_padded;
     const int32_t *i, *j; /* storage indices */
+    int opens, young; /* a pair may have parted in this step; a contact be in its first steps */
     /* in: */
     double dx[RY_CONTACT_BLOCK], dz[RY_CONTACT_BLOCK], distance[RY_CONTACT_BLOCK]; /* [m] */
     double dvx[RY_CONTACT_BLOCK], dvz[RY_CONTACT_BLOCK]; /* [m/s] */
