@@ -29,7 +29,7 @@ static void make_cloud(cloud *c, int n, int periodic, double length, double heig
     }
     c->neighbor = (ry_neighbor){.length = length,
                                 .periodic = periodic,
-                                .skin = skin,
+                                .skin_least = 0.5 * skin, .skin_most = 0.5 * skin,
                                 .n_walls = 1,
                                 .wall = {RY_WALL_FLOOR}};
     assert_int_equal(ry_neighbor_create(&c->neighbor, g, 1, &error), RY_OK);
@@ -79,16 +79,16 @@ static void check_cloud(const cloud *c)
             const double gap = distance(c, i, j) - g->radius[i] - g->radius[j];
             const int slots = count_slots(c, i, j), both_fixed = g->fixed[i] && g->fixed[j];
             assert_true(slots <= 1);
-            if (gap <= c->neighbor.skin && !both_fixed && slots != 1) {
+            if (gap <= 2.0 * c->neighbor.skin_most && !both_fixed && slots != 1) {
                 fail_msg("grains %d and %d, %g apart with a skin of %g, are not listed (length %g)",
-                         i, j, gap, c->neighbor.skin, c->neighbor.length);
+                         i, j, gap, 2.0 * c->neighbor.skin_most, c->neighbor.length);
             }
         }
         for (int p = c->pairs.row[i] + 1; p < c->pairs.row[i + 1]; p++) {
             assert_true(g->id[c->pairs.j[p]] > g->id[c->pairs.j[p - 1]]);
         }
         const int32_t floor_slot = c->pairs.wall_slot[0][i];
-        if (g->z[i] - g->radius[i] <= c->neighbor.skin && !g->fixed[i]) {
+        if (g->z[i] - g->radius[i] <= c->neighbor.skin_most && !g->fixed[i]) {
             assert_true(floor_slot >= c->pairs.n_inner && floor_slot < c->pairs.n);
             assert_int_equal(c->pairs.i[floor_slot], i);
         }

@@ -16,8 +16,11 @@
 
 /* A thread has to have this many grains before a second one pays. */
 enum { GRAINS_PER_THREAD = 4000 };
-/* Reach of the list beyond contact, in mean diameters, unless asked otherwise. */
-#define SKIN 0.25
+/* How far a grain may go before the neighbour list is made anew, unless asked otherwise: at rest, and at most, in
+ * mean diameters; so many steps at its speed in between. Measured: docs/performance.md. */
+#define SKIN_LEAST 0.04
+#define SKIN_MOST 0.35
+#define SKIN_STEPS 30.0
 /* Start from motion: this long at so many times the stress, but not above that Shields number. */
 #define BOOST_TIME 0.25
 #define BOOST_FACTOR 4.0
@@ -140,8 +143,8 @@ static ry_status run_ledger(ry_plan *plan, ry_state *state, ry_error *error)
 static ry_status run_integrate(ry_plan *plan, ry_state *state, ry_error *error)
 {
     (void)error;
-    const double run = ry_motion_integrate(&plan->motion, &state->grains, plan->neighbor.x0, plan->neighbor.z0);
-    plan->must_rebuild = run > 0.25 * plan->skin * plan->skin;
+    const ry_neighbor *const b = &plan->neighbor;
+    plan->must_rebuild = ry_motion_integrate(&plan->motion, &state->grains, b->x0, b->z0, b->limit2);
     return RY_OK;
 }
 
@@ -226,6 +229,18 @@ void ry_plan_outline(ry_plan *plan, const ry_config *config, int sizes_differ)
     *plan = (ry_plan){.derived = ry_config_derive(config)};
     set_features(plan, config, sizes_differ);
     lay_table(plan, config);
+}
+
+static void set_skins(ry_neighbor *b, const ry_config *config, const ry_derived *q)
+{
+    if (!isnan(config->numerics_skin)) {
+        b->skin_least = b->skin_most = 0.5 * config->numerics_skin * q->d;
+        return;
+    }
+    const double room = config->domain_periodic ? 0.5 * (q->length / 2.5 - 2.0 * b->radius_max) : INFINITY;
+    b->skin_most = fmin(SKIN_MOST * q->d, room);
+    b->skin_least = fmin(SKIN_LEAST * q->d, b->skin_most);
+    b->horizon = SKIN_STEPS * config->time_step;
 }
 
 static void set_walls(ry_plan *plan, const ry_config *config)
@@ -332,7 +347,6 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     *plan = (ry_plan){.derived = ry_config_derive(config), .must_rebuild = 1};
     plan->threads = threads > 0 ? threads : ry_plan_threads(g->n);
     plan->threads = plan->threads < RY_MOST_THREADS ? plan->threads : RY_MOST_THREADS;
-    plan->skin = (isnan(config->numerics_skin) ? SKIN : config->numerics_skin) * plan->derived.d;
     set_features(plan, config, 0);
     set_walls(plan, config);
     ry_motion *const m = &plan->motion;
@@ -349,8 +363,8 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     ry_neighbor *const b = &plan->neighbor;
     b->length = plan->derived.length;
     b->periodic = config->domain_periodic;
-    b->skin = plan->skin;
     RY_TRY(ry_neighbor_create(b, g, plan->threads, error));
+    set_skins(b, config, &plan->derived);
     RY_TRY(ry_pairs_create(&plan->pairs, g->n, b->n_walls, m->moves, plan->has_ledger, config->contact_wet, error));
     RY_TRY(ry_neighbor_rebuild(b, g, &plan->pairs, error));
     plan->must_rebuild = 0;

@@ -34,7 +34,6 @@ struct ry_plan {
     int threads;
     int has_fluid, has_ledger, has_profile;
     int must_rebuild;
-    double skin; /* [m] */
     ry_pairs pairs;
     ry_neighbor neighbor;
     ry_contact contact;

@@ -37,6 +37,12 @@ RY_INLINE void ry_four_store(double *to, ry_four v)
     memcpy(to, &v, sizeof v);
 }
 
+/* a where the mask is -1, b where it is 0. */
+RY_INLINE ry_four ry_four_select(ry_four_index mask, ry_four a, ry_four b)
+{
+    return (ry_four)((mask & (ry_four_index)a) | (~mask & (ry_four_index)b));
+}
+
 /* Rows become columns. */
 RY_INLINE void ry_four_turn(ry_four *r)
 {

@@ -176,8 +176,8 @@ typedef struct ry_motion_task {
     ry_grains *grains;
     ry_pairs *pairs;
     double *x0;
-    const double *z0;
-    double longest[RY_MOST_THREADS];
+    const double *z0, *limit2;
+    uint8_t gone[RY_MOST_THREADS];
 } ry_motion_task;
 
 static void gather_grains(void *context, int32_t begin, int32_t end, int thread)
@@ -206,8 +206,9 @@ RY_INLINE double drift(double v, double after, int touched, double dt)
     return (touched ? after : 0.5 * (v + after)) * dt;
 }
 
-RY_CLONES static double integrate_range(const ry_motion *m, ry_grains *g, double *restrict x0,
-                                        const double *restrict z0, int32_t begin, int32_t end)
+RY_CLONES static int integrate_range(const ry_motion *m, ry_grains *g, double *restrict x0,
+                                     const double *restrict z0, const double *restrict limit2, int32_t begin,
+                                     int32_t end)
 {
     double *restrict const x = g->x, *restrict const z = g->z, *restrict const vx = g->vx;
     double *restrict const vz = g->vz, *restrict const spin = g->spin;
@@ -218,8 +219,8 @@ RY_CLONES static double integrate_range(const ry_motion *m, ry_grains *g, double
     const double dt = m->dt, length = m->periodic ? m->length : 0.0;
     const double right = m->periodic ? m->length : 1e300;
     const double left = m->periodic ? 0.0 : -1e300;
-    double longest = 0.0;
-#pragma omp simd reduction(max : longest)
+    double furthest = -1.0;
+#pragma omp simd reduction(max : furthest)
     for (int32_t k = begin; k < end; k++) {
         const int touched = (cx[k] != 0.0) | (cz[k] != 0.0);
         const double ux = vx[k] + cx[k] * im[k] + gx[k];
@@ -230,8 +231,8 @@ RY_CLONES static double integrate_range(const ry_motion *m, ry_grains *g, double
         vz[k] = uz;
         spin[k] += ct[k] * gain[k];
         const double run_x = xn - x0[k], run_z = zn - z0[k];
-        const double run = run_x * run_x + run_z * run_z;
-        longest = run > longest ? run : longest;
+        const double beyond = run_x * run_x + run_z * run_z - limit2[k];
+        furthest = beyond > furthest ? beyond : furthest;
         const double in = xn < left ? length : 0.0; /* came in at the right end */
         xn += in;
         const double out = xn >= right ? length : 0.0;
@@ -241,7 +242,7 @@ RY_CLONES static double integrate_range(const ry_motion *m, ry_grains *g, double
         x0[k] += in - out;
         image[k] += (out != 0.0) - (in != 0.0);
     }
-    return longest;
+    return furthest > 0.0;
 }
 
 static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t end)
@@ -258,21 +259,22 @@ static void integrate_grains(void *context, int32_t begin, int32_t end, int thre
     if (t->motion->moves) {
         shift_range(t->motion, t->grains, begin, end);
     }
-    t->longest[thread] = integrate_range(t->motion, t->grains, t->x0, t->z0, begin, end);
+    t->gone[thread] = (uint8_t)integrate_range(t->motion, t->grains, t->x0, t->z0, t->limit2, begin, end);
     write_bodies(t->motion, t->grains, begin, end);
 }
 
-double ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const double *z0)
+int ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const double *z0, const double *limit2)
 {
     ry_motion_task task;
     task.motion = m;
     task.grains = g;
     task.x0 = x0;
     task.z0 = z0;
+    task.limit2 = limit2;
     ry_parallel(m->threads, g->n, integrate_grains, &task);
-    double longest = 0.0;
+    int gone = 0;
     for (int t = 0; t < m->threads; t++) {
-        longest = task.longest[t] > longest ? task.longest[t] : longest;
+        gone |= task.gone[t];
     }
-    return longest;
+    return gone;
 }

@@ -40,8 +40,9 @@ void ry_motion_free(ry_motion *motion);
 
 void ry_motion_gather(const ry_motion *motion, const ry_grains *grains, ry_pairs *pairs);
 
-/* x0, z0: where the neighbour list was made; they wrap with x. Returns the square of the longest way
- * that a grain has gone since then [m^2]. */
-double ry_motion_integrate(const ry_motion *motion, ry_grains *grains, double *x0, const double *z0);
+/* x0, z0: where the neighbour list was made; they wrap with x. Returns whether a grain has gone further than the
+ * root of its limit2 since then [m^2]. */
+int ry_motion_integrate(const ry_motion *motion, ry_grains *grains, double *x0, const double *z0,
+                        const double *limit2);
 
 #endif

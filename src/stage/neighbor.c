@@ -12,6 +12,13 @@
 
 #include "base/memory.h"
 #include "base/parallel.h"
+#include "stage/four.h"
+
+/* Vectors of members may be read beyond the last. */
+enum { SPARE = 4 };
+
+/* No grain is listed further out than this beyond the limit at which the list is made anew: rounding. */
+#define NEARLY_ONE 0.999
 
 ry_status ry_neighbor_create(ry_neighbor *b, const ry_grains *grains, int threads, ry_error *error)
 {
@@ -23,17 +30,18 @@ ry_status ry_neighbor_create(ry_neighbor *b, const ry_grains *grains, int thread
     }
     b->x0 = ry_array(n, sizeof(double));
     b->z0 = ry_array(n, sizeof(double));
+    b->limit2 = ry_array(n, sizeof(double));
+    b->skin = ry_array(n, sizeof(double));
     b->cell_of = ry_array(n, sizeof(int32_t));
-    b->member = ry_array(n, sizeof(int32_t));
-    b->member_id = ry_array(n, sizeof(int32_t));
-    b->member_x = ry_array(n, sizeof(double));
-    b->member_z = ry_array(n, sizeof(double));
-    b->member_r = ry_array(n, sizeof(double));
-    b->row_length = ry_array(n, sizeof(int32_t));
+    b->member = ry_array(n + SPARE, sizeof(int32_t));
+    b->member_x = ry_array(n + SPARE, sizeof(double));
+    b->member_z = ry_array(n + SPARE, sizeof(double));
+    b->member_r = ry_array(n + SPARE, sizeof(double));
+    b->above = ry_array(n, sizeof(int32_t));
     b->old.row = ry_array(n + 1, sizeof(int32_t));
     b->found = ry_array((size_t)threads, sizeof *b->found);
-    int whole = b->x0 && b->z0 && b->cell_of && b->member && b->member_id && b->member_x &&
-                b->member_z && b->member_r && b->row_length && b->old.row && b->found;
+    int whole = b->x0 && b->z0 && b->limit2 && b->skin && b->cell_of && b->member && b->member_x && b->member_z &&
+                b->member_r && b->above && b->old.row && b->found;
     for (int w = 0; w < b->n_walls; w++) {
         b->old.wall_slot[w] = ry_array(n, sizeof(int32_t));
         whole = whole && b->old.wall_slot[w];
@@ -41,12 +49,18 @@ ry_status ry_neighbor_create(ry_neighbor *b, const ry_grains *grains, int thread
     return whole ? RY_OK : ry_no_memory(error, n * 80);
 }
 
+static void free_old(struct ry_old *old)
+{
+    void *const arrays[] = {old->j, old->slip, old->rest, old->age, old->wet};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+        free(arrays[k]);
+    }
+}
+
 void ry_neighbor_free(ry_neighbor *b)
 {
-    void *const arrays[] = {b->x0,       b->z0,       b->cell_of,  b->member,     b->member_id,
-                            b->member_x, b->member_z, b->member_r, b->row_length, b->cell_start,
-                            b->old.row,  b->old.j,    b->old.slip, b->old.rest,   b->old.age,
-                            b->old.wet};
+    void *const arrays[] = {b->x0,       b->z0,       b->limit2,   b->skin,  b->cell_of,    b->member,
+                            b->member_x, b->member_z, b->member_r, b->above, b->cell_start, b->old.row};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }
@@ -56,27 +70,62 @@ void ry_neighbor_free(ry_neighbor *b)
     for (int t = 0; b->found != NULL && t < b->threads; t++) {
         free(b->found[t].j);
     }
+    free_old(&b->old);
     free(b->found);
     *b = (ry_neighbor){0};
 }
 
 /* ---- the grid ------------------------------------------------------------------------------- */
 
+/* How far each grain may go before the list is made anew: fast grains further, so that the few of them don't
+ * make the list short-lived, or long, for all. Returns the furthest. */
+RY_CLONES static double set_skins(ry_neighbor *b, const ry_grains *g)
+{
+    const double *const vx = g->vx, *const vz = g->vz;
+    double *restrict const skin = b->skin, *restrict const limit2 = b->limit2;
+    const double least = b->skin_least, most = b->skin_most, ahead = b->horizon;
+    double furthest = 0.0;
+#pragma omp simd reduction(max : furthest)
+    for (int32_t k = 0; k < g->n; k++) {
+        const double way = least + ahead * sqrt(vx[k] * vx[k] + vz[k] * vz[k]);
+        const double s = way < most ? way : most;
+        skin[k] = s;
+        limit2[k] = NEARLY_ONE * s * s;
+        furthest = s > furthest ? s : furthest;
+    }
+    return furthest;
+}
+
+typedef struct ry_bounds {
+    double left, right, bottom, top;
+} ry_bounds;
+
+RY_CLONES static ry_bounds bounds_of(const ry_grains *g)
+{
+    double left = INFINITY, right = -INFINITY, bottom = INFINITY, top = -INFINITY;
+    const double *const x = g->x, *const z = g->z;
+#pragma omp simd reduction(min : left, bottom) reduction(max : right, top)
+    for (int32_t k = 0; k < g->n; k++) {
+        left = x[k] < left ? x[k] : left;
+        right = x[k] > right ? x[k] : right;
+        bottom = z[k] < bottom ? z[k] : bottom;
+        top = z[k] > top ? z[k] : top;
+    }
+    return (ry_bounds){left, right, bottom, top};
+}
+
 /* Cells at least as large as the reach of a pair; larger where the grains lie so far apart that
  * cells would outnumber them. */
 static ry_status lay_grid(ry_neighbor *b, const ry_grains *g, ry_error *error)
 {
-    double left = b->periodic ? 0.0 : INFINITY, right = b->periodic ? b->length : -INFINITY;
-    double bottom = INFINITY, top = -INFINITY;
-    for (int32_t k = 0; k < g->n; k++) {
-        left = fmin(left, g->x[k]);
-        right = fmax(right, g->x[k]);
-        bottom = fmin(bottom, g->z[k]);
-        top = fmax(top, g->z[k]);
+    const double reach = 2.0 * (b->radius_max + set_skins(b, g));
+    ry_bounds in = bounds_of(g);
+    if (b->periodic) {
+        in.left = 0.0;
+        in.right = b->length;
     }
-    const double reach = 2.0 * b->radius_max + b->skin;
     const double most = 4096.0 + 2.0 * (double)g->n;
-    const double width = right - left, height = top - bottom;
+    const double width = in.right - in.left, height = in.top - in.bottom;
     double columns = fmax(1.0, floor(width / reach)), rows = fmax(1.0, floor(height / reach) + 1.0);
     if (columns * rows > most) { /* first thin out rows, then columns */
         rows = fmax(1.0, fmin(rows, floor(most / columns)));
@@ -84,8 +133,8 @@ static ry_status lay_grid(ry_neighbor *b, const ry_grains *g, ry_error *error)
     }
     b->columns = (int32_t)columns;
     b->rows = (int32_t)rows;
-    b->left = left;
-    b->bottom = bottom;
+    b->left = in.left;
+    b->bottom = in.bottom;
     b->cell_x = fmax(width / columns, reach);
     if (b->periodic) {
         b->cell_x = width / columns;
@@ -95,10 +144,22 @@ static ry_status lay_grid(ry_neighbor *b, const ry_grains *g, ry_error *error)
                          (size_t)b->columns * (size_t)b->rows + 1, sizeof *b->cell_start, error);
 }
 
-static int32_t clamp_cell(double position, int32_t n)
+RY_INLINE int32_t clamp_cell(double position, int32_t n)
 {
-    const int32_t cell = position > 0.0 ? (int32_t)fmin(position, 2e9) : 0;
+    const double inside = position > 0.0 ? (position < 2e9 ? position : 2e9) : 0.0;
+    const int32_t cell = (int32_t)inside;
     return cell < n ? cell : n - 1;
+}
+
+RY_CLONES static void find_cells(const ry_neighbor *b, const ry_grains *g, int32_t *restrict cell_of)
+{
+    const double *const x = g->x, *const z = g->z;
+    const double left = b->left, bottom = b->bottom, per_x = 1.0 / b->cell_x, per_z = 1.0 / b->cell_z;
+    const int32_t columns = b->columns, rows = b->rows;
+#pragma omp simd
+    for (int32_t k = 0; k < g->n; k++) {
+        cell_of[k] = clamp_cell((x[k] - left) * per_x, columns) * rows + clamp_cell((z[k] - bottom) * per_z, rows);
+    }
 }
 
 /* Counting sort of the grains by cell. */
@@ -106,10 +167,8 @@ static void fill_grid(ry_neighbor *b, const ry_grains *g)
 {
     const int32_t n_cells = b->columns * b->rows;
     memset(b->cell_start, 0, ((size_t)n_cells + 1) * sizeof *b->cell_start);
+    find_cells(b, g, b->cell_of);
     for (int32_t k = 0; k < g->n; k++) {
-        const int32_t column = clamp_cell((g->x[k] - b->left) / b->cell_x, b->columns);
-        const int32_t row = clamp_cell((g->z[k] - b->bottom) / b->cell_z, b->rows);
-        b->cell_of[k] = column * b->rows + row;
         b->cell_start[b->cell_of[k]]++;
     }
     int32_t sum = 0;
@@ -119,43 +178,40 @@ static void fill_grid(ry_neighbor *b, const ry_grains *g)
         sum += count;
     }
     for (int32_t k = 0; k < g->n; k++) {
-        b->member[b->cell_start[b->cell_of[k]]++] = k;
-    }
-    for (int32_t c = n_cells; c > 0; c--) {
-        b->cell_start[c] = b->cell_start[c - 1];
-    }
-    b->cell_start[0] = 0;
-    for (int32_t m = 0; m < g->n; m++) {
-        const int32_t k = b->member[m];
+        const int32_t m = b->cell_start[b->cell_of[k]]++;
+        b->member[m] = k;
         b->member_x[m] = g->x[k];
         b->member_z[m] = g->z[k];
-        b->member_r[m] = g->radius[k] + b->skin;
-        b->member_id[m] = g->id[k];
+        b->member_r[m] = g->radius[k] + b->skin[k];
     }
+    memmove(b->cell_start + 1, b->cell_start, (size_t)n_cells * sizeof *b->cell_start);
+    b->cell_start[0] = 0;
 }
 
 /* ---- the pairs ------------------------------------------------------------------------------ */
 
-/* Appends the members first..last-1 that have a higher id than k and are near it. */
-static size_t near_in_run(const ry_neighbor *b, const ry_grains *g, int32_t k, int32_t first,
+/* Appends the members first .. last-1 that are near grain k, itself among them. */
+RY_INLINE size_t near_in_run(const ry_neighbor *b, const ry_grains *g, int32_t k, int32_t first,
                           int32_t last, int32_t *out, size_t n)
 {
-    const double x = g->x[k], z = g->z[k], length = b->length;
+    const double x = g->x[k], z = g->z[k], length = b->periodic ? b->length : 0.0;
     const double half = b->periodic ? 0.5 * length : INFINITY;
-    const double reach = g->radius[k];
-    const int32_t id = g->id[k];
-    for (int32_t m = first; m < last; m++) {
-        double dx = b->member_x[m] - x;
-        dx = dx > half ? dx - length : (dx < -half ? dx + length : dx);
-        const double dz = b->member_z[m] - z;
-        const double far = b->member_r[m] + reach;
-        out[n] = b->member[m];
-        n += (size_t)((dx * dx + dz * dz < far * far) & (b->member_id[m] > id));
+    const double reach = g->radius[k] + b->skin[k];
+    for (int32_t m = first; m < last; m += 4) {
+        ry_four dx = ry_four_load(b->member_x + m) - x;
+        const ry_four dz = ry_four_load(b->member_z + m) - z, far = ry_four_load(b->member_r + m) + reach;
+        dx = ry_four_select((ry_four_index)(dx > half), dx - length, dx);
+        dx = ry_four_select((ry_four_index)(dx < -half), dx + length, dx);
+        const ry_four_index near = (ry_four_index)(dx * dx + dz * dz < far * far);
+        for (int32_t q = 0; q < 4; q++) {
+            out[n] = b->member[m + q];
+            n += (size_t)((near[q] != 0) & (m + q < last));
+        }
     }
     return n;
 }
 
-static void sort_by_id(int32_t *j, size_t n, const int32_t *id)
+RY_INLINE void sort_by_id(int32_t *j, size_t n, const int32_t *id)
 {
     for (size_t p = 1; p < n; p++) {
         const int32_t moving = j[p];
@@ -167,19 +223,20 @@ static void sort_by_id(int32_t *j, size_t n, const int32_t *id)
     }
 }
 
-/* Two fixed grains make no pair. */
-static size_t drop_fixed(const ry_grains *g, int32_t *j, size_t n)
+/* A grain makes no pair with itself, two fixed grains make none. */
+RY_INLINE size_t drop_pairless(const ry_grains *g, int32_t k, int32_t *j, size_t n)
 {
     size_t kept = 0;
     for (size_t p = 0; p < n; p++) {
         j[kept] = j[p];
-        kept += !g->fixed[j[p]];
+        kept += !((j[p] == k) | (g->fixed[k] & g->fixed[j[p]]));
     }
     return kept;
 }
 
-static ry_status find_of_grain(ry_neighbor *b, const ry_grains *g, int32_t k, struct ry_found *found,
-                               ry_error *error)
+/* All partners of grain k in ascending id; above[k]: those it owns, of higher id. */
+RY_INLINE ry_status find_of_grain(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, int32_t k,
+                               struct ry_found *found, ry_error *error)
 {
     const int32_t column = b->cell_of[k] / b->rows, row = b->cell_of[k] % b->rows;
     const int32_t low = row > 0 ? row - 1 : 0, high = row + 1 < b->rows ? row + 1 : row;
@@ -194,17 +251,20 @@ static ry_status find_of_grain(ry_neighbor *b, const ry_grains *g, int32_t k, st
         }
         const int32_t from = b->cell_start[wrapped * b->rows + low];
         const int32_t to = b->cell_start[wrapped * b->rows + high + 1];
-        RY_TRY(ry_array_grow(&found->j, &found->room, n, n + (size_t)(to - from) + 1,
+        RY_TRY(ry_array_grow(&found->j, &found->room, n, n + (size_t)(to - from) + SPARE,
                              sizeof *found->j, error));
         n = near_in_run(b, g, k, from, to, found->j, n);
     }
-    size_t own = n - found->n;
-    if (g->fixed[k]) {
-        own = drop_fixed(g, found->j + found->n, own);
+    int32_t *const j = found->j + found->n;
+    const size_t partners = drop_pairless(g, k, j, n - found->n);
+    sort_by_id(j, partners, g->id);
+    int32_t below = 0;
+    while (below < (int32_t)partners && g->id[j[below]] < g->id[k]) {
+        below++;
     }
-    sort_by_id(found->j + found->n, own, g->id);
-    b->row_length[k] = (int32_t)own;
-    found->n += own;
+    pairs->below_start[k] = below;
+    b->above[k] = (int32_t)partners - below;
+    found->n += partners;
     return RY_OK;
 }
 
@@ -215,14 +275,13 @@ typedef struct ry_find_task {
     int failed;
 } ry_find_task;
 
-static ry_status find_range(ry_neighbor *b, const ry_grains *g, int32_t begin, int32_t end,
-                            struct ry_found *found)
+RY_CLONES static ry_status find_range(const ry_find_task *t, int32_t begin, int32_t end, struct ry_found *found)
 {
-    const size_t usual = (size_t)(end - begin) * 4; /* so that the array rarely grows */
-    RY_TRY(ry_array_grow(&found->j, &found->room, 0, usual + 1, sizeof(int32_t), NULL));
+    const size_t usual = (size_t)(end - begin) * 8; /* so that the array rarely grows */
+    RY_TRY(ry_array_grow(&found->j, &found->room, 0, usual + SPARE, sizeof(int32_t), NULL));
     found->n = 0;
     for (int32_t k = begin; k < end; k++) {
-        RY_TRY(find_of_grain(b, g, k, found, NULL));
+        RY_TRY(find_of_grain(t->neighbor, t->grains, t->pairs, k, found, NULL));
     }
     return RY_OK;
 }
@@ -230,17 +289,10 @@ static ry_status find_range(ry_neighbor *b, const ry_grains *g, int32_t begin, i
 static void find_grains(void *context, int32_t begin, int32_t end, int thread)
 {
     ry_find_task *const t = context;
-    if (find_range(t->neighbor, t->grains, begin, end, &t->neighbor->found[thread]) != RY_OK) {
+    if (find_range(t, begin, end, &t->neighbor->found[thread]) != RY_OK) {
 #pragma omp atomic write
         t->failed = 1;
     }
-}
-
-static ry_status find_all(ry_neighbor *b, const ry_grains *g, ry_error *error)
-{
-    ry_find_task task = {.neighbor = b, .grains = g};
-    ry_parallel(b->threads, g->n, find_grains, &task);
-    return !task.failed ? RY_OK : ry_no_memory(error, (size_t)g->n * 64);
 }
 
 /* ---- the list ------------------------------------------------------------------------------- */
@@ -253,7 +305,7 @@ static double wall_distance(const ry_neighbor *b, ry_wall wall, const ry_grains 
 
 static int near_wall(const ry_neighbor *b, int w, const ry_grains *g, int32_t k)
 {
-    return !g->fixed[k] && wall_distance(b, b->wall[w], g, k) < g->radius[k] + b->skin;
+    return !g->fixed[k] && wall_distance(b, b->wall[w], g, k) < g->radius[k] + b->skin[k];
 }
 
 static int32_t count_wall_pairs(const ry_neighbor *b, const ry_grains *g)
@@ -267,16 +319,21 @@ static int32_t count_wall_pairs(const ry_neighbor *b, const ry_grains *g)
     return n;
 }
 
-/* Keeps the memory of the list while it is filled anew. */
+static void swap(void *p, void *q)
+{
+    void *kept;
+    memcpy(&kept, p, sizeof kept);
+    memcpy(p, q, sizeof kept);
+    memcpy(q, &kept, sizeof kept);
+}
+
+/* Keeps the memory of the list while it is filled anew: the arrays change places. */
 static ry_status set_memory_aside(ry_neighbor *b, ry_pairs *pairs, ry_error *error)
 {
     struct ry_old *const old = &b->old;
     if (old->room < pairs->capacity) {
-        free(old->j);
-        free(old->slip);
-        free(old->rest);
-        free(old->age);
-        free(old->wet);
+        free_old(old);
+        old->room = 0;
         old->j = ry_array(pairs->capacity, sizeof *old->j);
         old->slip = ry_array(pairs->capacity, sizeof *old->slip);
         old->rest = ry_array(pairs->capacity, sizeof *old->rest);
@@ -287,17 +344,14 @@ static ry_status set_memory_aside(ry_neighbor *b, ry_pairs *pairs, ry_error *err
         }
         old->room = pairs->capacity;
     }
-    const size_t n = (size_t)pairs->n;
-    memcpy(old->row, pairs->row, ((size_t)pairs->n_grains + 1) * sizeof *old->row);
-    memcpy(old->j, pairs->j, n * sizeof *old->j);
-    memcpy(old->slip, pairs->slip, n * sizeof *old->slip);
-    memcpy(old->rest, pairs->rest, n * sizeof *old->rest);
-    memcpy(old->age, pairs->age, n * sizeof *old->age);
-    if (pairs->wet != NULL) {
-        memcpy(old->wet, pairs->wet, n * sizeof *old->wet);
-    }
+    swap(&old->row, &pairs->row);
+    swap(&old->j, &pairs->j);
+    swap(&old->slip, &pairs->slip);
+    swap(&old->rest, &pairs->rest);
+    swap(&old->age, &pairs->age);
+    swap(&old->wet, &pairs->wet);
     for (int w = 0; w < b->n_walls; w++) {
-        memcpy(old->wall_slot[w], pairs->wall_slot[w], (size_t)pairs->n_grains * sizeof(int32_t));
+        swap(&old->wall_slot[w], &pairs->wall_slot[w]);
     }
     return RY_OK;
 }
@@ -320,7 +374,7 @@ static void fill_row(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, 
     int32_t from = old->row[k];
     const int32_t end = old->row[k + 1];
     const int32_t first = pairs->row[k];
-    for (int32_t m = 0; m < b->row_length[k]; m++) {
+    for (int32_t m = 0; m < b->above[k]; m++) {
         const int32_t j = partners[m];
         while (from < end && g->id[old->j[from]] < g->id[j]) {
             from++;
@@ -331,20 +385,34 @@ static void fill_row(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, 
     }
 }
 
-static void fill_grains(void *context, int32_t begin, int32_t end, int thread)
+static void fill_rows(void *context, int32_t begin, int32_t end, int thread)
 {
     const ry_find_task *const t = context;
-    const int32_t *partners = t->neighbor->found[thread].j;
+    const ry_neighbor *const b = t->neighbor;
+    const int32_t *partners = b->found[thread].j;
     for (int32_t k = begin; k < end; k++) {
-        fill_row(t->neighbor, t->grains, t->pairs, k, partners);
-        partners += t->neighbor->row_length[k];
+        partners += t->pairs->below_start[k + 1] - t->pairs->below_start[k];
+        fill_row(b, t->grains, t->pairs, k, partners);
+        partners += b->above[k];
     }
 }
 
-static void fill_rows(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs)
+/* For each grain the slots in which it is the partner, in ascending id of the owner. */
+static void fill_below(void *context, int32_t begin, int32_t end, int thread)
 {
-    ry_find_task task = {.neighbor = b, .grains = g, .pairs = pairs};
-    ry_parallel(b->threads, g->n, fill_grains, &task);
+    const ry_find_task *const t = context;
+    const ry_pairs *const pairs = t->pairs;
+    const int32_t *partners = t->neighbor->found[thread].j;
+    for (int32_t k = begin; k < end; k++) {
+        for (int32_t b = pairs->below_start[k]; b < pairs->below_start[k + 1]; b++) {
+            int32_t p = pairs->row[*partners++];
+            while (pairs->j[p] != k) {
+                p++;
+            }
+            pairs->below[b] = p;
+        }
+        partners += t->neighbor->above[k];
+    }
 }
 
 static void fill_walls(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, int had_list)
@@ -363,44 +431,32 @@ static void fill_walls(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs
     }
 }
 
-/* For each grain the slots in which it is the partner, in ascending id of the owner. */
-static void fill_below(const ry_grains *g, ry_pairs *pairs)
+/* From the lengths of the rows to where they start. */
+static void lay_rows(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs)
 {
-    int32_t *const start = pairs->below_start;
-    memset(start, 0, ((size_t)g->n + 1) * sizeof *start);
-    for (int32_t p = 0; p < pairs->n_inner; p++) {
-        start[pairs->j[p]]++;
+    int32_t above = 0, below = 0;
+    for (int32_t k = 0; k < g->n; k++) {
+        const int32_t length = pairs->below_start[k];
+        pairs->row[k] = above;
+        pairs->below_start[k] = below;
+        above += b->above[k];
+        below += length;
+        pairs->place[g->id[k]] = k;
     }
-    int32_t sum = 0;
-    for (int32_t k = 0; k <= g->n; k++) {
-        const int32_t count = k < g->n ? start[k] : 0;
-        start[k] = sum;
-        sum += count;
-    }
-    for (int32_t id = 0; id < g->n; id++) {
-        const int32_t k = pairs->place[id];
-        for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
-            pairs->below[start[pairs->j[p]]++] = p;
-        }
-    }
-    for (int32_t k = g->n; k > 0; k--) {
-        start[k] = start[k - 1];
-    }
-    start[0] = 0;
+    pairs->row[g->n] = above;
+    pairs->below_start[g->n] = below;
+    pairs->n_inner = above;
 }
 
 /* Cuts the list into chunks that end where a row ends; the pairs with walls come last. */
 static void cut_chunks(ry_pairs *pairs)
 {
-    int32_t n = 0;
+    int32_t n = 0, end = 0;
     pairs->chunk[0] = 0;
-    for (int32_t k = 0; k < pairs->n_grains; k++) {
-        if (pairs->row[k + 1] - pairs->chunk[n] >= RY_CHUNK) {
-            pairs->chunk[++n] = pairs->row[k + 1];
-        }
-    }
-    if (pairs->n_inner > pairs->chunk[n]) {
-        pairs->chunk[++n] = pairs->n_inner;
+    while (end < pairs->n_inner) {
+        end = pairs->n_inner - end > RY_CHUNK ? end + RY_CHUNK : pairs->n_inner;
+        end = pairs->row[pairs->i[end - 1] + 1];
+        pairs->chunk[++n] = end;
     }
     pairs->n_chunks = n;
 }
@@ -408,32 +464,21 @@ static void cut_chunks(ry_pairs *pairs)
 ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, ry_error *error)
 {
     const int had_list = b->rebuilds > 0;
+    ry_find_task task = {.neighbor = b, .grains = g, .pairs = pairs};
     RY_TRY(lay_grid(b, g, error));
     fill_grid(b, g);
-    RY_TRY(find_all(b, g, error));
     RY_TRY(set_memory_aside(b, pairs, error));
-
-    int32_t sum = 0;
-    for (int32_t k = 0; k < g->n; k++) {
-        pairs->row[k] = sum;
-        sum += b->row_length[k];
-        pairs->place[g->id[k]] = k;
+    ry_parallel(b->threads, g->n, find_grains, &task);
+    if (task.failed) {
+        return ry_no_memory(error, (size_t)g->n * 64);
     }
-    pairs->row[g->n] = sum;
-    pairs->n_inner = sum;
-    pairs->n = sum + count_wall_pairs(b, g);
+    lay_rows(b, g, pairs);
+    pairs->n = pairs->n_inner + count_wall_pairs(b, g);
     RY_TRY(ry_pairs_reserve(pairs, (size_t)pairs->n, error));
-    fill_rows(b, g, pairs);
+    ry_parallel(b->threads, g->n, fill_rows, &task);
+    ry_parallel(b->threads, g->n, fill_below, &task);
     fill_walls(b, g, pairs, had_list);
-    fill_below(g, pairs);
     cut_chunks(pairs);
-
-    const size_t bytes = (size_t)pairs->n * sizeof(double);
-    memset(pairs->slot, 0, (size_t)pairs->n * sizeof *pairs->slot);
-    if (pairs->sx != NULL) {
-        memset(pairs->sx, 0, bytes);
-        memset(pairs->sz, 0, bytes);
-    }
     memcpy(b->x0, g->x, (size_t)g->n * sizeof(double));
     memcpy(b->z0, g->z, (size_t)g->n * sizeof(double));
     b->rebuilds++;

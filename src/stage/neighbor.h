@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * Who may touch whom: a cell grid fills a list (ry_pairs) of the pairs nearer than contact plus a
- * skin (Verlet 1967); it holds until some grain has run half the skin. */
+ * Who may touch whom: a cell grid fills a list (ry_pairs) of the pairs nearer than contact plus the
+ * skins of both (Verlet 1967); it holds until some grain has left its own. */
 #ifndef RY_STAGE_NEIGHBOR_H
 #define RY_STAGE_NEIGHBOR_H
 
@@ -17,11 +17,13 @@ typedef struct ry_neighbor {
     int periodic;
     int n_walls;
     ry_wall wall[RY_MAX_WALLS];
-    double skin;     /* [m] */
+    /* A grain may go this far before the list is made anew: skin_least + horizon x speed, at most skin_most. */
+    double skin_least, skin_most, horizon; /* [m, m, s] */
     double radius_max; /* [m] */
     int threads;
     int64_t rebuilds;
     double *x0, *z0; /* where the grains were at the last rebuild; x0 wraps with x [m] */
+    double *skin, *limit2; /* how far each may go from there, and its square [m, m^2] */
 
     /* scratch of a rebuild */
     double cell_x, cell_z, left, bottom; /* sizes and corner of the grid [m] */
@@ -29,8 +31,7 @@ typedef struct ry_neighbor {
     size_t n_cells_room;
     int32_t *cell_start, *cell_of, *member; /* grains by cell */
     double *member_x, *member_z, *member_r;
-    int32_t *member_id;
-    int32_t *row_length;
+    int32_t *above; /* pairs that a grain owns */
     struct ry_found { int32_t *j; size_t room, n; } *found; /* one per thread */
     struct ry_old {  /* the memory of the list before */
         int32_t *row, *j;
