@@ -18,9 +18,9 @@
 enum { GRAINS_PER_THREAD = 4000 };
 /* How far a grain may go before the neighbour list is made anew, unless asked otherwise: at rest, and at most, in
  * mean diameters; so many steps at its speed in between. Measured: docs/performance.md. */
-#define SKIN_LEAST 0.04
+#define SKIN_LEAST 0.05
 #define SKIN_MOST 0.35
-#define SKIN_STEPS 30.0
+#define SKIN_STEPS 25.0
 /* Start from motion: this long at so many times the stress, but not above that Shields number. */
 #define BOOST_TIME 0.25
 #define BOOST_FACTOR 4.0
