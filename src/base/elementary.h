@@ -21,20 +21,13 @@ RY_INLINE double ry_exp(double x)
     const double shifted = bounded * 0x1.71547652b82fep+0 + 0x1.8p52;
     const double k = shifted - 0x1.8p52;
     const double r = (bounded - k * RY_LN2_HIGH) - k * RY_LN2_LOW;
-    double p = 1.0 / 6227020800.0;
-    p = p * r + 1.0 / 479001600.0;
-    p = p * r + 1.0 / 39916800.0;
-    p = p * r + 1.0 / 3628800.0;
-    p = p * r + 1.0 / 362880.0;
-    p = p * r + 1.0 / 40320.0;
-    p = p * r + 1.0 / 5040.0;
-    p = p * r + 1.0 / 720.0;
-    p = p * r + 1.0 / 120.0;
-    p = p * r + 1.0 / 24.0;
-    p = p * r + 1.0 / 6.0;
-    p = p * r + 0.5;
-    p = p * r + 1.0;
-    p = p * r + 1.0;
+    /* the Taylor series, added up in pairs (Estrin 1960): a chain would wait for each term */
+    const double r2 = r * r, r4 = r2 * r2;
+    const double low = (1.0 + r) + (0.5 + r * (1.0 / 6.0)) * r2;
+    const double middle = (1.0 / 24.0 + r * (1.0 / 120.0)) + (1.0 / 720.0 + r * (1.0 / 5040.0)) * r2;
+    const double high = (1.0 / 40320.0 + r * (1.0 / 362880.0)) + (1.0 / 3628800.0 + r * (1.0 / 39916800.0)) * r2;
+    const double highest = 1.0 / 479001600.0 + r * (1.0 / 6227020800.0);
+    const double p = (low + middle * r4) + (high + highest * r4) * (r4 * r4);
     const int64_t bits = ((int64_t)k + 1023) << 52;
     double power;
     memcpy(&power, &bits, sizeof power);

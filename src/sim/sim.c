@@ -248,8 +248,18 @@ ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
 
 /* ---- looking --------------------------------------------------------------------------------- */
 
+/* What nobody has looked at may not be computed yet; it is no less part of the state. */
+static void complete_column(const ry_sim *sim)
+{
+    if (sim->plan.has_fluid) {
+        ry_sim *const own = (ry_sim *)sim;
+        ry_flow_complete(&own->plan.flow, &own->state.column);
+    }
+}
+
 ry_view ry_sim_view(const ry_sim *sim)
 {
+    complete_column(sim);
     const ry_grains *const g = &sim->state.grains;
     return (ry_view){.n = g->n, .step = sim->state.step, .time = sim->state.time, .id = g->id,
                      .image = g->image, .fixed = g->fixed, .x = g->x, .z = g->z, .vx = g->vx,
@@ -259,6 +269,7 @@ ry_view ry_sim_view(const ry_sim *sim)
 
 ry_status ry_sim_collect(ry_sim *sim, ry_error *error)
 {
+    complete_column(sim);
     return ry_pairs_export(&sim->plan.pairs, &sim->state, error);
 }
 
@@ -306,6 +317,7 @@ void ry_sim_profile(ry_sim *sim)
     if (!plan->has_profile) {
         return;
     }
+    complete_column(sim);
     const double tau = plan->has_fluid ? ry_flow_stress(&plan->flow, sim->state.step) : 0.0;
     const int closed = plan->has_fluid && plan->flow.model == RY_FLOW_BALANCE;
     if (closed) {

@@ -18,6 +18,9 @@
 #include "law/drag.h"
 #include "stage/slices.h"
 
+/* The column is kept up to so many radii of a mean grain above the highest grain. */
+enum { MARGIN = 6 };
+
 /* Rows of flow->sums: solid volume, force on the grains, its derivative by the fluid's velocity. */
 enum { SUM_VOLUME, SUM_FORCE, SUM_SLOPE, SUM_COUNT };
 
@@ -33,48 +36,6 @@ static size_t row_length(const ry_flow *f)
 static double *sums_row(const ry_flow *f, int32_t block, int row)
 {
     return f->sums + ((size_t)block * SUM_COUNT + (size_t)row) * row_length(f);
-}
-
-ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
-{
-    const ry_grains *const g = &state->grains;
-    const size_t n = (size_t)g->n, nz = (size_t)state->column.nz;
-    f->nz = state->column.nz;
-    f->dz = state->column.dz;
-    f->n_blocks = (g->n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK;
-    f->n_bins = f->model == RY_FLOW_STRESS ? (int32_t)ceil(8.0 * f->length / f->d) : 0;
-    f->area = ry_array(n, sizeof(double));
-    f->viscous = ry_array(n, sizeof(double));
-    f->volume = ry_array(n, sizeof(double));
-    f->u = ry_array(nz + 1, sizeof(double));
-    f->gradient = ry_array(nz + 1, sizeof(double));
-    f->hinder = ry_array(nz + 1, sizeof(double));
-    f->sums = ry_array(((size_t)f->n_blocks + 1) * SUM_COUNT * row_length(f), sizeof(double));
-    f->work = ry_array(5 * nz, sizeof(double));
-    f->bin_top = ry_array((size_t)f->n_bins, sizeof(double));
-    f->bin_grain = ry_array((size_t)f->n_bins, sizeof(int32_t));
-    if (!f->area || !f->viscous || !f->volume || !f->u || !f->gradient || !f->hinder || !f->sums ||
-        !f->work || !f->bin_top || !f->bin_grain) {
-        return ry_no_memory(error, (n * 3 + nz * 20) * sizeof(double));
-    }
-    for (size_t k = 0; k < n; k++) {
-        const double d = 2.0 * g->radius[k];
-        f->area[k] = 0.125 * M_PI * f->density * d * d;
-        f->viscous[k] = f->viscosity / d;
-        f->volume[k] = M_PI / 6.0 * d * d * d;
-    }
-    ry_flow_refresh(f, state);
-    return RY_OK;
-}
-
-void ry_flow_free(ry_flow *f)
-{
-    void *const arrays[] = {f->area,   f->viscous, f->volume, f->u,       f->gradient,
-                            f->hinder, f->sums,    f->work,   f->bin_top, f->bin_grain};
-    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
-        free(arrays[k]);
-    }
-    *f = (ry_flow){0};
 }
 
 double ry_flow_stress(const ry_flow *f, int64_t step)
@@ -307,24 +268,33 @@ double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d)
 
 /* ---- the fluid's velocity -------------------------------------------------------------------- */
 
-/* Mixing length at the inner faces, out[k] at the face above cell k. Li & Sawamoto (1995, J. Coastal
+/* Mixing length at the face above cell k, from l at the face below. Li & Sawamoto (1995, J. Coastal
  * Res.): l = kappa int (phi_max - phi)/phi_max dz. Duran et al. (2012, eq. 9):
  * dl/dz = kappa (1 - exp(-sqrt(u l/(7 nu)))), started with l = kappa z in the first cell. In a bed at rest u
  * is what its grains' trembling leaves; summed over a deep bed it makes an l of its own, which grows with the
- * depth. duran-moving takes u above u_star/50 only: the fluid that stands still in the bed makes no eddies. */
-static void mixing_length(const ry_flow *f, const ry_column *c, double tau, double *out)
+ * depth. duran-moving takes u above `still` only: the fluid that stands still in the bed makes no eddies. */
+static double longer(const ry_flow *f, const ry_column *c, double still, double l, int32_t k)
 {
-    const double still = f->mixing == RY_FLOW_DURAN_MOVING ? STILL_PART * sqrt(tau / f->density) : 0.0;
+    if (f->mixing == RY_FLOW_LI_SAWAMOTO) {
+        const double room = 1.0 - c->phi[k] / RY_FLOW_PHI_MAX;
+        return room > 0.0 ? l + RY_FLOW_KAPPA * room * c->dz : l;
+    }
+    const double u = c->u[k] > still ? c->u[k] - still : 0.0;
+    const double seed = l > 0.0 ? l : RY_FLOW_KAPPA * c->dz;
+    return l + RY_FLOW_KAPPA * c->dz * (1.0 - ry_exp(-sqrt(u * seed / (7.0 * f->viscosity))));
+}
+
+static double still_fluid(const ry_flow *f, double tau)
+{
+    return f->mixing == RY_FLOW_DURAN_MOVING ? STILL_PART * sqrt(tau / f->density) : 0.0;
+}
+
+static void mixing_length(const ry_flow *f, const ry_column *c, double tau, int32_t n, double *out)
+{
+    const double still = still_fluid(f, tau);
     double l = 0.0;
-    for (int32_t k = 0; k < c->nz; k++) {
-        if (f->mixing == RY_FLOW_LI_SAWAMOTO) {
-            const double room = 1.0 - c->phi[k] / RY_FLOW_PHI_MAX;
-            l += room > 0.0 ? RY_FLOW_KAPPA * room * c->dz : 0.0;
-        } else {
-            const double u = c->u[k] > still ? c->u[k] - still : 0.0;
-            const double seed = l > 0.0 ? l : RY_FLOW_KAPPA * c->dz;
-            l += RY_FLOW_KAPPA * c->dz * (1.0 - ry_exp(-sqrt(u * seed / (7.0 * f->viscosity))));
-        }
+    for (int32_t k = 0; k < n; k++) {
+        l = longer(f, c, still, l, k);
         out[k] = l;
     }
 }
@@ -369,20 +339,22 @@ static int32_t layer_top(const ry_flow *f, const ry_column *c)
 
 /* Above the grains nothing takes momentum out: the stress is tau_b and the fluid has long adapted to it
  * (its own spin-up, depth/u_star, would be waiting, not physics of the bed). The closure gives the
- * gradient: nu s + l^2 s^2 = tau/(rho (1-phi)). When the flow sets in, nothing moves yet and l is 0, which
- * would be laminar water at enormous speed; with duran-moving l is at least that above a wall in the first
- * cell. */
-static void clear_flow(const ry_flow *f, ry_column *c, int32_t first, const double *length, double tau)
+ * gradient: nu s + l^2 s^2 = tau/(rho (1-phi)). It follows from what is below, upwards, up to cell `end`. */
+static void clear_flow(ry_flow *f, ry_column *c, int32_t end)
 {
-    for (int32_t k = first; k < c->nz; k++) {
-        const double wall = f->mixing == RY_FLOW_DURAN_MOVING ? RY_FLOW_KAPPA * (k - first + 0.5) * c->dz : 0.0;
-        const double l = length[k - 1] > wall ? length[k - 1] : wall;
+    const double still = still_fluid(f, f->tau_now);
+    double l = f->valid_length;
+    for (int32_t k = f->valid; k < end; k++) {
         const double l2 = l * l;
-        const double kinematic = tau / (f->density * open_part(c, k - 1));
+        const double kinematic = f->tau_now / (f->density * open_part(c, k - 1));
         const double s = 2.0 * kinematic /
                          (f->viscosity + sqrt(f->viscosity * f->viscosity + 4.0 * l2 * kinematic));
         c->u[k] = c->u[k - 1] + s * c->dz;
+        c->taken[k] = c->gradient[k] = 0.0;
+        l = longer(f, c, still, l, k);
     }
+    f->valid = end;
+    f->valid_length = l;
 }
 
 /* One implicit step of the balance over `advance` steps. The closure is linearised about the present
@@ -399,7 +371,7 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
     const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE);
     double *const length = f->work, *const low = length + c->nz, *const diagonal = low + c->nz;
     double *const high = diagonal + c->nz, *const rhs = high + c->nz;
-    mixing_length(f, c, tau_top, length);
+    mixing_length(f, c, tau_top, nz, length);
     /* the face below the first cell is the floor, half a cell away: u = 0, viscous */
     double k_below = f->density * (1.0 - c->phi[0]) * f->viscosity / (0.5 * dz);
     double rest_below = 0.0;
@@ -423,31 +395,33 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
         rest_below = rest_above;
     }
     solve_tridiagonal(nz, low, diagonal, high, rhs);
-    for (int32_t k = 0; k < c->nz; k++) {
-        c->taken[k] = k < nz ? (force[k] + slope[k] * (rhs[k] - c->u[k])) * per_cell : 0.0;
+    for (int32_t k = 0; k < nz; k++) {
+        c->taken[k] = (force[k] + slope[k] * (rhs[k] - c->u[k])) * per_cell;
     }
     memcpy(c->u, rhs, (size_t)nz * sizeof *c->u);
-    clear_flow(f, c, nz, length, tau_top);
+    f->valid = nz;
 }
 
-/* d tau/dz in the cells, from the stress at their faces. */
+/* d tau/dz in the cells below the clear flow, from the stress at their faces. */
 static void stress_gradient(ry_flow *f, ry_column *c, double tau_top)
 {
+    const int32_t nz = f->valid;
     double *const length = f->work;
-    mixing_length(f, c, tau_top, length);
+    mixing_length(f, c, tau_top, nz, length);
     double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
-    for (int32_t k = 0; k < c->nz; k++) {
-        const double above = k + 1 < c->nz
+    for (int32_t k = 0; k < nz; k++) {
+        const double above = k + 1 < nz
             ? closure(f, open_part(c, k), length[k], (c->u[k + 1] - c->u[k]) / c->dz) : tau_top;
         c->gradient[k] = (above - below) / c->dz;
         below = above;
     }
+    f->valid_length = length[nz - 1];
 }
 
 void ry_flow_shear(const ry_flow *f, const ry_column *c, double tau, double *out)
 {
     double *const length = f->work;
-    mixing_length(f, c, tau, length);
+    mixing_length(f, c, tau, c->nz, length);
     double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
     for (int32_t k = 0; k < c->nz; k++) {
         const double above = k + 1 < c->nz
@@ -458,12 +432,16 @@ void ry_flow_shear(const ry_flow *f, const ry_column *c, double tau, double *out
 }
 
 /* u = u_star/kappa ln(30 z'/k_s) above the bed level that was found, 0 below z' = k_s/30. */
-static void impose_log(const ry_flow *f, ry_column *c, double tau)
+RY_CLONES static void impose_log(const ry_flow *f, ry_column *c, double tau)
 {
-    const double friction_velocity = sqrt(tau / f->density);
+    const double speed = sqrt(tau / f->density) / RY_FLOW_KAPPA, bed = c->bed_level, dz = c->dz;
+    const double scale = 30.0 / f->roughness;
+    double *restrict const u = c->u;
+#pragma omp simd
     for (int32_t k = 0; k < c->nz; k++) {
-        const double ratio = 30.0 * ((k + 0.5) * c->dz - c->bed_level) / f->roughness;
-        c->u[k] = ratio > 1.0 ? friction_velocity / RY_FLOW_KAPPA * ry_log(ratio) : 0.0;
+        const double ratio = scale * ((k + 0.5) * dz - bed);
+        const double above = ratio > 1.0 ? ratio : 1.0;
+        u[k] = speed * ry_log(above);
     }
 }
 
@@ -509,30 +487,69 @@ static void push_exposed(ry_flow *f, ry_grains *g, const int32_t *place, double 
 
 /* ---- advance --------------------------------------------------------------------------------- */
 
-/* Mean of a row of cells over a sphere of mean diameter centred at a face. */
-static double mean_over_grain(const ry_column *c, const double *row, int32_t face, double d)
+/* Means of a row of cells over a sphere of mean diameter centred at the faces from .. end-1. Below the floor there
+ * is nothing; what sticks out at the top sees the topmost cell. */
+RY_CLONES static void mean_over_grain(const ry_flow *f, const double *row, int32_t from, int32_t end,
+                                      double *restrict padded, double *restrict out)
 {
-    const double z = face * c->dz, r = 0.5 * d;
-    const ry_span span = ry_slice_span(z, r, 1.0 / c->dz, c->nz);
-    double sum = 0.0, below = ry_slice_below((span.first * c->dz - z) / r);
-    for (int32_t k = span.first; k <= span.last; k++) {
-        const double above = ry_slice_below(((k + 1) * c->dz - z) / r);
-        sum += row[k] * (above - below);
-        below = above;
+    const int32_t half = f->half, nz = f->nz;
+    for (int32_t k = from - half; k < end + half; k++) {
+        padded[k - from + half] = k < 0 ? 0.0 : row[k < nz ? k : nz - 1];
     }
-    const double cut = 1.0 - below; /* what sticks out at the top sees the topmost cell */
-    return sum + (span.last == c->nz - 1 ? cut * row[c->nz - 1] : 0.0);
+    const double *const part = f->part;
+    for (int32_t k = from; k < end; k++) {
+        out[k] = 0.0;
+    }
+    for (int32_t m = 0; m < 2 * half; m++) {
+        const double weight = part[m];
+#pragma omp simd
+        for (int32_t k = from; k < end; k++) {
+            out[k] += weight * padded[k - from + m];
+        }
+    }
 }
 
-void ry_flow_refresh(ry_flow *f, const ry_state *state)
+/* How much drag grows where the solid fraction is phi; in place. */
+RY_CLONES static void hinder(double hindrance, int32_t from, int32_t end, double *restrict phi)
 {
-    const ry_column *const c = &state->column;
-    for (int32_t k = 0; k <= c->nz; k++) {
-        f->u[k] = mean_over_grain(c, c->u, k, f->d);
-        f->gradient[k] = f->model == RY_FLOW_BALANCE ? mean_over_grain(c, c->gradient, k, f->d) : 0.0;
-        const double phi = mean_over_grain(c, c->phi, k, f->d);
-        const double open = 1.0 - (phi < 0.75 ? phi : 0.75);
-        f->hinder[k] = f->hindrance > 0.0 ? ry_pow(open, -f->hindrance) : 1.0;
+#pragma omp simd
+    for (int32_t k = from; k < end; k++) {
+        phi[k] = ry_pow(1.0 - (phi[k] < 0.75 ? phi[k] : 0.75), -hindrance);
+    }
+}
+
+/* The tables at the faces from .. end-1. */
+static void refresh(ry_flow *f, const ry_column *c, int32_t from, int32_t end)
+{
+    mean_over_grain(f, c->u, from, end, f->work, f->u);
+    if (f->model == RY_FLOW_BALANCE) {
+        mean_over_grain(f, c->gradient, from, end, f->work, f->gradient);
+    }
+    if (f->hindrance > 0.0) {
+        mean_over_grain(f, c->phi, from, end, f->work, f->hinder);
+        hinder(f->hindrance, from, end, f->hinder);
+    }
+    f->faces = end;
+}
+
+/* Faces whose tables need nothing above cell `valid`. */
+static int32_t faces_of(const ry_flow *f)
+{
+    return f->valid < f->nz ? f->valid - f->half : f->nz + 1;
+}
+
+void ry_flow_complete(ry_flow *f, ry_column *c)
+{
+    if (f->valid < f->nz) {
+        clear_flow(f, c, f->nz);
+    }
+}
+
+void ry_flow_reach(ry_flow *f, ry_column *c, double highest)
+{
+    if (highest + 2.0 * c->dz > f->faces * c->dz && f->faces <= f->nz) {
+        ry_flow_complete(f, c);
+        refresh(f, c, f->faces, f->nz + 1);
     }
 }
 
@@ -550,11 +567,68 @@ void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const int32_t *p
         if (f->model == RY_FLOW_BALANCE) {
             advance_balance(f, c, tau);
             stress_gradient(f, c, tau);
+            f->tau_now = tau;
+            const int32_t margin = f->valid + MARGIN * f->half;
+            clear_flow(f, c, margin < c->nz ? margin : c->nz);
         } else if (f->model == RY_FLOW_LOG) {
             impose_log(f, c, tau);
         } else if (f->model == RY_FLOW_STRESS) {
             push_exposed(f, &state->grains, place, tau);
         }
     }
-    ry_flow_refresh(f, state);
+    refresh(f, c, 0, faces_of(f));
+}
+
+/* ---- making it -------------------------------------------------------------------------------- */
+
+ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
+{
+    const ry_grains *const g = &state->grains;
+    const size_t n = (size_t)g->n, nz = (size_t)state->column.nz;
+    f->nz = state->column.nz;
+    f->dz = state->column.dz;
+    f->n_blocks = (g->n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK;
+    f->n_bins = f->model == RY_FLOW_STRESS ? (int32_t)ceil(8.0 * f->length / f->d) : 0;
+    f->area = ry_array(n, sizeof(double));
+    f->viscous = ry_array(n, sizeof(double));
+    f->volume = ry_array(n, sizeof(double));
+    f->u = ry_array(nz + 1, sizeof(double));
+    f->gradient = ry_array(nz + 1, sizeof(double));
+    f->hinder = ry_array(nz + 1, sizeof(double));
+    f->sums = ry_array(((size_t)f->n_blocks + 1) * SUM_COUNT * row_length(f), sizeof(double));
+    f->half = (int32_t)ceil(0.5 * f->d / f->dz - 1e-9);
+    f->part = ry_array(2 * (size_t)f->half, sizeof(double));
+    f->work = ry_array(5 * nz + 2 * (size_t)f->half + 1, sizeof(double));
+    f->bin_top = ry_array((size_t)f->n_bins, sizeof(double));
+    f->bin_grain = ry_array((size_t)f->n_bins, sizeof(int32_t));
+    if (!f->area || !f->viscous || !f->volume || !f->u || !f->gradient || !f->hinder || !f->sums ||
+        !f->work || !f->part || !f->bin_top || !f->bin_grain) {
+        return ry_no_memory(error, (n * 3 + nz * 20) * sizeof(double));
+    }
+    for (size_t k = 0; k < n; k++) {
+        const double d = 2.0 * g->radius[k];
+        f->area[k] = 0.125 * M_PI * f->density * d * d;
+        f->viscous[k] = f->viscosity / d;
+        f->volume[k] = M_PI / 6.0 * d * d * d;
+    }
+    for (int32_t m = 0; m < 2 * f->half; m++) { /* slices of a sphere around a face, from below */
+        const double foot = (m - f->half) * f->dz / (0.5 * f->d);
+        f->part[m] = ry_slice_below(foot + f->dz / (0.5 * f->d)) - ry_slice_below(foot);
+    }
+    for (size_t k = 0; k <= nz; k++) {
+        f->hinder[k] = 1.0;
+    }
+    f->valid = f->nz;
+    refresh(f, &state->column, 0, faces_of(f));
+    return RY_OK;
+}
+
+void ry_flow_free(ry_flow *f)
+{
+    void *const arrays[] = {f->area,   f->viscous, f->volume, f->u,       f->gradient,
+                            f->hinder, f->sums,    f->work,   f->bin_top, f->bin_grain, f->part};
+    for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
+        free(arrays[k]);
+    }
+    *f = (ry_flow){0};
 }

@@ -43,7 +43,13 @@ typedef struct ry_flow {
     /* What an advance sums over the grains: rows of nz, one set per block of ids, then the total. */
     double *sums;
     int32_t n_blocks;
-    double *work; /* 5 nz: scratch of the column solver */
+    /* The cells valid .. nz-1, clear flow above the grains, are not computed before somebody looks at them: they
+     * follow from valid_length, the mixing length below them, and tau_now, the stress [m, Pa]. */
+    int32_t valid, faces; /* faces: of the tables */
+    double valid_length, tau_now;
+    int32_t half;  /* cells in a radius, rounded up */
+    double *part;  /* 2 half: parts of a mean grain in the cells around its centre [1] */
+    double *work; /* 5 nz + 2 half + 1: scratch of the column solver */
     int32_t n_bins; /* of the exposure count, model stress */
     double *bin_top;
     int32_t *bin_grain;
@@ -55,8 +61,11 @@ void ry_flow_free(ry_flow *flow);
 /* The bed shear stress in force at a step [Pa]. */
 double ry_flow_stress(const ry_flow *flow, int64_t step);
 
-/* Makes the tables from the column: after creation and after a checkpoint is read. */
-void ry_flow_refresh(ry_flow *flow, const ry_state *state);
+/* Computes what is not valid yet: before anybody but this stage looks at the column. */
+void ry_flow_complete(ry_flow *flow, ry_column *column);
+
+/* Makes sure that grains up to this height find what they need; before sample and advance. */
+void ry_flow_reach(ry_flow *flow, ry_column *column, double highest);
 
 /* Fills motion->gx, gz. */
 void ry_flow_sample(const ry_flow *flow, const ry_grains *grains, ry_motion *motion);

@@ -2,6 +2,7 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors */
 #include "stage/motion.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -78,6 +79,10 @@ RY_CLONES static void write_bodies(const ry_motion *m, const ry_grains *g, int32
 void ry_motion_settle(ry_motion *m, const ry_grains *g)
 {
     write_bodies(m, g, 0, g->n + RY_MAX_WALLS);
+    m->highest = -INFINITY;
+    for (int32_t k = 0; k < g->n; k++) {
+        m->highest = g->z[k] > m->highest ? g->z[k] : m->highest;
+    }
 }
 
 /* ---- gather --------------------------------------------------------------------------------- */
@@ -171,13 +176,18 @@ static void gather_shifts(const ry_motion *m, const ry_pairs *pairs)
     }
 }
 
+typedef struct ry_extent {
+    int gone;       /* a grain has gone further than it may */
+    double highest; /* [m] */
+} ry_extent;
+
 typedef struct ry_motion_task {
     const ry_motion *motion;
     ry_grains *grains;
     ry_pairs *pairs;
     double *x0;
     const double *z0, *limit2;
-    uint8_t gone[RY_MOST_THREADS];
+    ry_extent extent[RY_MOST_THREADS];
 } ry_motion_task;
 
 static void gather_grains(void *context, int32_t begin, int32_t end, int thread)
@@ -206,7 +216,7 @@ RY_INLINE double drift(double v, double after, int touched, double dt)
     return (touched ? after : 0.5 * (v + after)) * dt;
 }
 
-RY_CLONES static int integrate_range(const ry_motion *m, ry_grains *g, double *restrict x0,
+RY_CLONES static ry_extent integrate_range(const ry_motion *m, ry_grains *g, double *restrict x0,
                                      const double *restrict z0, const double *restrict limit2, int32_t begin,
                                      int32_t end)
 {
@@ -219,8 +229,8 @@ RY_CLONES static int integrate_range(const ry_motion *m, ry_grains *g, double *r
     const double dt = m->dt, length = m->periodic ? m->length : 0.0;
     const double right = m->periodic ? m->length : 1e300;
     const double left = m->periodic ? 0.0 : -1e300;
-    double furthest = -1.0;
-#pragma omp simd reduction(max : furthest)
+    double furthest = -1.0, highest = -INFINITY;
+#pragma omp simd reduction(max : furthest, highest)
     for (int32_t k = begin; k < end; k++) {
         const int touched = (cx[k] != 0.0) | (cz[k] != 0.0);
         const double ux = vx[k] + cx[k] * im[k] + gx[k];
@@ -233,6 +243,7 @@ RY_CLONES static int integrate_range(const ry_motion *m, ry_grains *g, double *r
         const double run_x = xn - x0[k], run_z = zn - z0[k];
         const double beyond = run_x * run_x + run_z * run_z - limit2[k];
         furthest = beyond > furthest ? beyond : furthest;
+        highest = zn > highest ? zn : highest;
         const double in = xn < left ? length : 0.0; /* came in at the right end */
         xn += in;
         const double out = xn >= right ? length : 0.0;
@@ -242,7 +253,7 @@ RY_CLONES static int integrate_range(const ry_motion *m, ry_grains *g, double *r
         x0[k] += in - out;
         image[k] += (out != 0.0) - (in != 0.0);
     }
-    return furthest > 0.0;
+    return (ry_extent){furthest > 0.0, highest};
 }
 
 static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t end)
@@ -259,11 +270,11 @@ static void integrate_grains(void *context, int32_t begin, int32_t end, int thre
     if (t->motion->moves) {
         shift_range(t->motion, t->grains, begin, end);
     }
-    t->gone[thread] = (uint8_t)integrate_range(t->motion, t->grains, t->x0, t->z0, t->limit2, begin, end);
+    t->extent[thread] = integrate_range(t->motion, t->grains, t->x0, t->z0, t->limit2, begin, end);
     write_bodies(t->motion, t->grains, begin, end);
 }
 
-int ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const double *z0, const double *limit2)
+int ry_motion_integrate(ry_motion *m, ry_grains *g, double *x0, const double *z0, const double *limit2)
 {
     ry_motion_task task;
     task.motion = m;
@@ -273,8 +284,10 @@ int ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const doub
     task.limit2 = limit2;
     ry_parallel(m->threads, g->n, integrate_grains, &task);
     int gone = 0;
+    m->highest = -INFINITY;
     for (int t = 0; t < m->threads; t++) {
-        gone |= task.gone[t];
+        gone |= task.extent[t].gone;
+        m->highest = task.extent[t].highest > m->highest ? task.extent[t].highest : m->highest;
     }
     return gone;
 }

@@ -30,6 +30,7 @@ typedef struct ry_motion {
     double *cx, *cz, *ct; /* impulses of all contacts of a grain; ct: angular, per radius [N s] */
     double *sx, *sz;   /* shift/im of all contacts; NULL unless the law moves [kg m] */
     double (*body)[RY_BODY]; /* n + RY_MAX_WALLS, as of the end of the last step */
+    double highest; /* z of the highest grain [m] */
     double *mean_x, *mean_z, *mean_turn; /* velocity and spin x radius, mean of a step; NULL without ledger [m/s] */
 } ry_motion;
 
@@ -42,7 +43,7 @@ void ry_motion_gather(const ry_motion *motion, const ry_grains *grains, ry_pairs
 
 /* x0, z0: where the neighbour list was made; they wrap with x. Returns whether a grain has gone further than the
  * root of its limit2 since then [m^2]. */
-int ry_motion_integrate(const ry_motion *motion, ry_grains *grains, double *x0, const double *z0,
+int ry_motion_integrate(ry_motion *motion, ry_grains *grains, double *x0, const double *z0,
                         const double *limit2);
 
 #endif
