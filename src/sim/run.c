@@ -136,7 +136,7 @@ static ry_status take_measures(ry_runner *r, ry_error *error)
         return RY_OK;
     }
     if (is_due(step, q->steps_series)) {
-        const ry_sample sample = ry_sim_sample(sim);
+        const ry_sample sample = ry_sim_sample_of(sim, (fields & RY_FIELD_ENERGY) != 0);
         RY_TRY(ry_result_sample(r->file, &sim->state, &sample, error));
         if ((fields & RY_FIELD_PROFILE) && step > 0) {
             ry_sim_profile(sim);

@@ -218,9 +218,9 @@ static ry_status check(ry_sim *sim, ry_error *error)
     if (sums.fastest > 1.0) {
         return report(sim, "a grain moves further than its diameter in a step", sums.fastest_grain, error);
     }
-    const ry_contact_sums contacts = ry_contact_measure(&plan->contact, &sim->state.grains, &plan->pairs);
-    if (contacts.worst_overlap > DEEPEST) {
-        return report(sim, "a grain has run into another, or through a wall", contacts.worst_i, error);
+    const ry_contact_depth deepest = ry_contact_deepest(&plan->contact, &sim->state.grains, &plan->pairs);
+    if (deepest.overlap > DEEPEST) {
+        return report(sim, "a grain has run into another, or through a wall", deepest.i, error);
     }
     if (!sim->keeps_good) {
         return RY_OK;
@@ -295,10 +295,18 @@ static void sample_ledger(const ry_sim *sim, ry_sample *s)
 
 ry_sample ry_sim_sample(ry_sim *sim)
 {
+    return ry_sim_sample_of(sim, 1);
+}
+
+ry_sample ry_sim_sample_of(ry_sim *sim, int energies)
+{
     ry_plan *const plan = &sim->plan;
     const ry_derived *const q = &plan->derived;
     const ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, plan->pairs.place);
-    const ry_contact_sums contacts = ry_contact_measure(&plan->contact, &sim->state.grains, &plan->pairs);
+    ry_contact_sums contacts = {0};
+    if (energies) {
+        contacts = ry_contact_measure(&plan->contact, &sim->state.grains, &plan->pairs);
+    }
     ry_sample s = {.kinetic_energy = sums.kinetic, .gravity_energy = sums.gravity,
                    .elastic_normal = contacts.elastic_normal,
                    .elastic_tangential = contacts.elastic_tangential,

@@ -23,6 +23,9 @@ ry_sim *ry_sim_adopt(const ry_config *config, ry_state *state, int threads, ry_e
 /* Brings the contacts of the state up to date; before it is saved or hashed. */
 ry_status ry_sim_collect(ry_sim *sim, ry_error *error);
 
+/* ry_sim_sample; without the elastic energies, for which all contacts must be looked at, if not `energies`. */
+ry_sample ry_sim_sample_of(ry_sim *sim, int energies);
+
 /* Adds one sample to the profile sums of the plan. */
 void ry_sim_profile(ry_sim *sim);
 

@@ -140,10 +140,11 @@ RY_CLONES static void fetch_ages(const uint8_t *restrict age, int32_t n, double 
     }
 }
 
-/* A run of listed pairs that fills the vectors is worked on in place. */
+/* A run of listed pairs that fills the vectors, or after which the list is filled up, is worked on in place. */
 static void fetch_run(ry_pairs *pairs, int32_t first, int32_t n, ry_near *near)
 {
-    near->n = near->n_padded = n;
+    near->n = n;
+    near->n_padded = ry_pairs_fill(n);
     near->i = pairs->i + first;
     near->j = pairs->j + first;
     near->slip = pairs->slip + first;
@@ -154,7 +155,7 @@ static void fetch_run(ry_pairs *pairs, int32_t first, int32_t n, ry_near *near)
         RY_TOUCH_FIELDS(RY_TOUCH_AT)
     }
 #undef RY_TOUCH_AT
-    fetch_ages(pairs->age + first, n, near->age);
+    fetch_ages(pairs->age + first, near->n_padded, near->age);
 }
 
 /* Any others are copied: those of near->list[0]; the last is repeated to fill the vectors. */
@@ -162,7 +163,7 @@ static void fetch_list(ry_pairs *pairs, int32_t n, ry_near *near)
 {
     int32_t *const pair = near->list[0], *const i = near->list[1], *const j = near->list[2];
     near->n = n;
-    near->n_padded = (n + RY_CONTACT_LANES - 1) / RY_CONTACT_LANES * RY_CONTACT_LANES;
+    near->n_padded = ry_pairs_fill(n);
     near->i = i;
     near->j = j;
     double (*spare)[RY_CONTACT_BLOCK] = near->spare;
@@ -274,7 +275,8 @@ static int32_t list_young(const uint8_t *age, int32_t first, int32_t n, int32_t 
 static void push_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t n,
                        ry_near *near)
 {
-    const int whole = n % RY_CONTACT_LANES == 0;
+    const int32_t end = first + n;
+    const int whole = n % RY_LANES == 0 || end == pairs->row[g->n] || end == pairs->n;
     if (whole) {
         fetch_run(pairs, first, n, near);
     } else {
@@ -462,20 +464,26 @@ static double normal_energy(const ry_contact *c, const ry_grains *g, const ry_pa
     return a * root * stretch * (power * stretch - half) / ((c->im[i] + c->im[j]) * c->dt * c->dt);
 }
 
-static void note_overlap(const ry_grains *g, int32_t i, int32_t j, double overlap, ry_contact_sums *sums)
+ry_contact_depth ry_contact_deepest(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs)
 {
-    const double smaller = j < g->n ? ry_min(g->radius[i], g->radius[j]) : g->radius[i];
-    if (overlap > sums->worst_overlap * smaller) {
-        sums->worst_overlap = overlap / smaller;
-        sums->worst_i = i;
-        sums->worst_j = j;
+    ry_contact_depth most = {0.0, -1};
+    for (int32_t p = 0; p < pairs->n; p++) {
+        if (pairs->age[p] != 0) {
+            const int32_t i = pairs->i[p], j = pairs->j[p];
+            const double overlap = g->radius[i] + g->radius[j] - ry_contact_gap(c, g, pairs, p).distance;
+            const double smaller = j < g->n ? ry_min(g->radius[i], g->radius[j]) : g->radius[i];
+            if (overlap > most.overlap * smaller) {
+                most = (ry_contact_depth){overlap / smaller, i};
+            }
+        }
     }
+    return most;
 }
 
 /* Sums run over the owners in ascending id, so that they don't depend on the list. */
 ry_contact_sums ry_contact_measure(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs)
 {
-    ry_contact_sums sums = {.worst_i = -1, .worst_j = -1};
+    ry_contact_sums sums = {0};
     for (int32_t id = 0; id < g->n; id++) {
         const int32_t k = pairs->place[id];
         const int32_t own = pairs->row[k + 1] - pairs->row[k];
@@ -486,7 +494,6 @@ ry_contact_sums ry_contact_measure(const ry_contact *c, const ry_grains *g, cons
             }
             const ry_gap gap = ry_contact_gap(c, g, pairs, p);
             const ry_bond q = ry_contact_bond(c, k, pairs->j[p]);
-            note_overlap(g, k, pairs->j[p], g->radius[k] + g->radius[pairs->j[p]] - gap.distance, &sums);
             sums.touching++;
             sums.elastic_normal += normal_energy(c, g, pairs, p, gap, q.a);
             if (c->features & RY_CONTACT_FRICTION) {

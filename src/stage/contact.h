@@ -23,13 +23,9 @@ enum {
 /* Pairs are worked on in blocks of this many, which stay in the first cache. */
 enum { RY_CONTACT_BLOCK = 128 };
 
-/* Lanes of the widest vectors: the kernel's loop runs over a multiple of it, the last pair of a block
- * repeated, because the leftover loop would cost a quarter of the whole. */
-enum { RY_CONTACT_LANES = 8 };
-
 /* A block of pairs, their members side by side. Differences are partner less owner. */
 typedef struct ry_near {
-    int32_t n, n_padded;
+    int32_t n, n_padded; /* n filled up to a multiple of RY_LANES */
     const int32_t *i, *j; /* storage indices */
     int opens, young; /* a pair may have parted in this step; a contact be in its first steps */
     /* in: */
@@ -107,13 +103,18 @@ double ry_contact_wet(const ry_film *film, const ry_law_coef *coef, double a, do
 /* Decides for the contacts of a fetched block that close, and forgets for those that don't touch: near->wet. */
 void ry_contact_film(const ry_contact *contact, const ry_grains *grains, ry_near *near);
 
+/* The largest overlap, over the radius of the smaller of the two grains, and the grain that has it. */
+typedef struct ry_contact_depth {
+    double overlap;
+    int32_t i;
+} ry_contact_depth;
+ry_contact_depth ry_contact_deepest(const ry_contact *contact, const ry_grains *grains, const ry_pairs *pairs);
+
 void ry_contact_stage(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
 
-/* Elastic energy and the largest overlap, for measuring. */
+/* For measuring. */
 typedef struct ry_contact_sums {
     double elastic_normal, elastic_tangential; /* [J] */
-    double worst_overlap; /* of the smaller radius [1] */
-    int32_t worst_i, worst_j; /* storage indices; -1: none */
     int64_t touching;
 } ry_contact_sums;
 /* From the owner of a pair to its partner; signed distance for a wall [m]. */

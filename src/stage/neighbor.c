@@ -445,20 +445,28 @@ static void lay_rows(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs)
     }
     pairs->row[g->n] = above;
     pairs->below_start[g->n] = below;
-    pairs->n_inner = above;
+    pairs->n_inner = ry_pairs_fill(above) + RY_LANES; /* the last chunk may start anywhere */
 }
 
-/* Cuts the list into chunks that end where a row ends; the pairs with walls come last. */
-static void cut_chunks(ry_pairs *pairs)
+/* The pairs from .. end-1 are nobody's: of a wall with itself. */
+static void fill_up(ry_pairs *pairs, int32_t from, int32_t end)
 {
-    int32_t n = 0, end = 0;
-    pairs->chunk[0] = 0;
-    while (end < pairs->n_inner) {
-        end = pairs->n_inner - end > RY_CHUNK ? end + RY_CHUNK : pairs->n_inner;
-        end = pairs->row[pairs->i[end - 1] + 1];
-        pairs->chunk[++n] = end;
+    for (int32_t p = from; p < end; p++) {
+        pairs->i[p] = pairs->j[p] = pairs->n_grains;
+        take_over(pairs, p, NULL, -1);
     }
-    pairs->n_chunks = n;
+}
+
+/* Cuts the list into a chunk for each thread, ending where a row ends; the pairs with walls come last. */
+static void cut_chunks(ry_pairs *pairs, int threads)
+{
+    const int32_t all = pairs->row[pairs->n_grains];
+    pairs->n_chunks = threads;
+    pairs->chunk[0] = 0;
+    for (int t = 1; t <= threads; t++) {
+        const int32_t end = (int32_t)((int64_t)all * t / threads);
+        pairs->chunk[t] = end > 0 ? pairs->row[pairs->i[end - 1] + 1] : 0;
+    }
 }
 
 ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, ry_error *error)
@@ -474,11 +482,13 @@ ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pair
     }
     lay_rows(b, g, pairs);
     pairs->n = pairs->n_inner + count_wall_pairs(b, g);
-    RY_TRY(ry_pairs_reserve(pairs, (size_t)pairs->n, error));
+    RY_TRY(ry_pairs_reserve(pairs, (size_t)ry_pairs_fill(pairs->n), error));
     ry_parallel(b->threads, g->n, fill_rows, &task);
     ry_parallel(b->threads, g->n, fill_below, &task);
     fill_walls(b, g, pairs, had_list);
-    cut_chunks(pairs);
+    fill_up(pairs, pairs->row[g->n], pairs->n_inner);
+    fill_up(pairs, pairs->n, ry_pairs_fill(pairs->n));
+    cut_chunks(pairs, b->threads);
     memcpy(b->x0, g->x, (size_t)g->n * sizeof(double));
     memcpy(b->z0, g->z, (size_t)g->n * sizeof(double));
     b->rebuilds++;

@@ -21,6 +21,8 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int mo
     *pairs = (ry_pairs){.n_grains = n_grains};
     RY_TRY(make(&pairs->place, n, sizeof *pairs->place, error));
     RY_TRY(make(&pairs->row, n + 1, sizeof *pairs->row, error));
+    RY_TRY(make(&pairs->chunk, RY_MOST_THREADS + 1, sizeof *pairs->chunk, error));
+    RY_TRY(make(&pairs->n_young, RY_MOST_THREADS + 1, sizeof *pairs->n_young, error));
     RY_TRY(make(&pairs->below_start, n + 1, sizeof *pairs->below_start, error));
     for (int w = 0; w < n_walls; w++) {
         RY_TRY(make(&pairs->wall_slot[w], n, sizeof **pairs->wall_slot, error));
@@ -64,11 +66,8 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
         RY_TOUCH_FIELDS(RY_TOUCH_MAKE)
     }
 #undef RY_TOUCH_MAKE
-    const size_t chunks = room / RY_CHUNK + 2;
     RY_TRY(make(&pairs->young, room, sizeof *pairs->young, error));
     RY_TRY(make(&pairs->young_age, room, sizeof *pairs->young_age, error));
-    RY_TRY(make(&pairs->n_young, chunks + 1, sizeof *pairs->n_young, error));
-    RY_TRY(make(&pairs->chunk, chunks, sizeof *pairs->chunk, error));
     pairs->capacity = room;
     return RY_OK;
 }

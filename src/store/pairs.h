@@ -14,6 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "base/parallel.h"
 #include "store/state.h"
 
 enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_MARK, RY_SLOT };
@@ -24,7 +25,7 @@ enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_MARK, RY_SLOT };
 typedef struct ry_pairs {
     int32_t n_grains; /* grains the list was made for */
     int32_t *place;   /* n_grains: storage index of an id */
-    int32_t n_inner;  /* pairs of two grains */
+    int32_t n_inner;  /* pairs of two grains, filled up */
     int32_t n;        /* all pairs, walls included */
     size_t capacity;
 
@@ -60,12 +61,18 @@ typedef struct ry_pairs {
 #define RY_TOUCH_POINTER(name, unit, text) double *t_##name;
     RY_TOUCH_FIELDS(RY_TOUCH_POINTER)
 #undef RY_TOUCH_POINTER
-    int32_t n_chunks;     /* row-aligned ranges of pairs, the unit of work of a thread */
+    int32_t n_chunks;     /* row-aligned ranges of pairs, one a thread */
     int32_t *chunk;       /* n_chunks + 1 */
 } ry_pairs;
 
-/* About this many pairs make a chunk. */
-enum { RY_CHUNK = 2048 };
+/* Lanes of the widest vectors. The pairs of grains, and those with walls, are filled up to a multiple of it with
+ * pairs that belong to nobody and never touch, so that loops over all of them have no rest. */
+enum { RY_LANES = 8 };
+
+RY_INLINE int32_t ry_pairs_fill(int32_t n)
+{
+    return (n + RY_LANES - 1) / RY_LANES * RY_LANES;
+}
 
 ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, int ledger,
                           int wet, ry_error *error);
