@@ -16,27 +16,8 @@
 #include "base/elementary.h"
 #include "base/memory.h"
 #include "law/drag.h"
+#include "stage/column.h"
 #include "stage/slices.h"
-
-/* The column is kept up to so many radii of a mean grain above the highest grain. */
-enum { MARGIN = 6 };
-
-/* Rows of flow->sums: solid volume, force on the grains, its derivative by the fluid's velocity. */
-enum { SUM_VOLUME, SUM_FORCE, SUM_SLOPE, SUM_COUNT };
-
-/* Of u_star: what moves more slowly does not mix (duran-moving). */
-#define STILL_PART 0.02
-
-/* A row has room for a last run of slices beyond the column. */
-static size_t row_length(const ry_flow *f)
-{
-    return (size_t)f->nz + RY_SLICES;
-}
-
-static double *sums_row(const ry_flow *f, int32_t block, int row)
-{
-    return f->sums + ((size_t)block * SUM_COUNT + (size_t)row) * row_length(f);
-}
 
 double ry_flow_stress(const ry_flow *f, int64_t step)
 {
@@ -183,9 +164,10 @@ RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const r
     const ry_column *const c = &state->column;
     const int32_t first = block * RY_SUM_BLOCK;
     const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
-    double *const volumes = sums_row(f, block, SUM_VOLUME), *const forces = sums_row(f, block, SUM_FORCE);
-    double *const slopes = sums_row(f, block, SUM_SLOPE);
-    memset(volumes, 0, SUM_COUNT * row_length(f) * sizeof(double));
+    double *const volumes = ry_column_sums(f, block, RY_SUM_VOLUME);
+    double *const forces = ry_column_sums(f, block, RY_SUM_FORCE);
+    double *const slopes = ry_column_sums(f, block, RY_SUM_SLOPE);
+    memset(volumes, 0, RY_SUM_COUNT * ry_column_row_length(f) * sizeof(double));
     for (int32_t id = first; id < end; id++) {
         const int32_t k = place[id];
         double force = 0.0, slope = 0.0;
@@ -212,7 +194,7 @@ static void sum_blocks(void *context, int32_t begin, int32_t end, int thread)
 /* Sums over fixed blocks of ids, then over the blocks in order: no thread count shows. */
 static void sum_grains(ry_flow *f, const ry_state *state, ry_motion *m, const int32_t *place)
 {
-    const size_t width = SUM_COUNT * row_length(f);
+    const size_t width = RY_SUM_COUNT * ry_column_row_length(f);
     const int32_t n_blocks = f->n_blocks;
     ry_flow_task task = {.flow = f, .state = state, .motion = m, .place = place};
     ry_parallel(f->threads, n_blocks, sum_blocks, &task);
@@ -229,7 +211,7 @@ static void sum_grains(ry_flow *f, const ry_state *state, ry_motion *m, const in
 /* Running mean over the time in which a grain near the bed goes a few diameters. */
 static void average_phi(const ry_flow *f, ry_column *c, int64_t step)
 {
-    const double *const volume = sums_row(f, f->n_blocks, SUM_VOLUME);
+    const double *const volume = ry_column_sums(f, f->n_blocks, RY_SUM_VOLUME);
     const double per_cell = 1.0 / (f->length * f->d * c->dz);
     const double speed = sqrt(f->tau / f->density) + 1e-3 * sqrt(f->d);
     const double weight = step < f->advance ? 1.0 : f->advance * f->dt * speed / (5.0 * f->d);
@@ -264,185 +246,6 @@ double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d)
         }
     }
     return 0.0;
-}
-
-/* ---- the fluid's velocity -------------------------------------------------------------------- */
-
-/* Mixing length at the face above cell k, from l at the face below. Li & Sawamoto (1995, J. Coastal
- * Res.): l = kappa int (phi_max - phi)/phi_max dz. Duran et al. (2012, eq. 9):
- * dl/dz = kappa (1 - exp(-sqrt(u l/(7 nu)))), started with l = kappa z in the first cell. In a bed at rest u
- * is what its grains' trembling leaves; summed over a deep bed it makes an l of its own, which grows with the
- * depth. duran-moving takes u above `still` only: the fluid that stands still in the bed makes no eddies. */
-static double longer(const ry_flow *f, const ry_column *c, double still, double l, int32_t k)
-{
-    if (f->mixing == RY_FLOW_LI_SAWAMOTO) {
-        const double room = 1.0 - c->phi[k] / RY_FLOW_PHI_MAX;
-        return room > 0.0 ? l + RY_FLOW_KAPPA * room * c->dz : l;
-    }
-    const double u = c->u[k] > still ? c->u[k] - still : 0.0;
-    const double seed = l > 0.0 ? l : RY_FLOW_KAPPA * c->dz;
-    return l + RY_FLOW_KAPPA * c->dz * (1.0 - ry_exp(-sqrt(u * seed / (7.0 * f->viscosity))));
-}
-
-static double still_fluid(const ry_flow *f, double tau)
-{
-    return f->mixing == RY_FLOW_DURAN_MOVING ? STILL_PART * sqrt(tau / f->density) : 0.0;
-}
-
-static void mixing_length(const ry_flow *f, const ry_column *c, double tau, int32_t n, double *out)
-{
-    const double still = still_fluid(f, tau);
-    double l = 0.0;
-    for (int32_t k = 0; k < n; k++) {
-        l = longer(f, c, still, l, k);
-        out[k] = l;
-    }
-}
-
-/* 1 - phi at the face above cell k. */
-static double open_part(const ry_column *c, int32_t k)
-{
-    const double phi = k + 1 < c->nz ? 0.5 * (c->phi[k] + c->phi[k + 1]) : c->phi[k];
-    return 1.0 - (phi < 0.95 ? phi : 0.95);
-}
-
-/* Stress at the face above cell k for the velocity gradient s. */
-static double closure(const ry_flow *f, double open, double l, double s)
-{
-    return f->density * open * (f->viscosity + l * l * fabs(s)) * s;
-}
-
-static void solve_tridiagonal(int32_t n, const double *low, double *diagonal, const double *high,
-                              double *x)
-{
-    for (int32_t k = 1; k < n; k++) {
-        const double w = low[k] / diagonal[k - 1];
-        diagonal[k] -= w * high[k - 1];
-        x[k] -= w * x[k - 1];
-    }
-    x[n - 1] /= diagonal[n - 1];
-    for (int32_t k = n - 2; k >= 0; k--) {
-        x[k] = (x[k] - high[k] * x[k + 1]) / diagonal[k];
-    }
-}
-
-/* Cells up to the highest that grains are in, or lately were. */
-static int32_t layer_top(const ry_flow *f, const ry_column *c)
-{
-    const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE);
-    int32_t top = c->nz;
-    while (top > 2 && slope[top - 1] == 0.0 && c->phi[top - 1] < 1e-3) {
-        top--;
-    }
-    return top;
-}
-
-/* Above the grains nothing takes momentum out: the stress is tau_b and the fluid has long adapted to it
- * (its own spin-up, depth/u_star, would be waiting, not physics of the bed). The closure gives the
- * gradient: nu s + l^2 s^2 = tau/(rho (1-phi)). It follows from what is below, upwards, up to cell `end`. */
-static void clear_flow(ry_flow *f, ry_column *c, int32_t end)
-{
-    const double still = still_fluid(f, f->tau_now);
-    double l = f->valid_length;
-    for (int32_t k = f->valid; k < end; k++) {
-        const double l2 = l * l;
-        const double kinematic = f->tau_now / (f->density * open_part(c, k - 1));
-        const double s = 2.0 * kinematic /
-                         (f->viscosity + sqrt(f->viscosity * f->viscosity + 4.0 * l2 * kinematic));
-        c->u[k] = c->u[k - 1] + s * c->dz;
-        c->taken[k] = c->gradient[k] = 0.0;
-        l = longer(f, c, still, l, k);
-    }
-    f->valid = end;
-    f->valid_length = l;
-}
-
-/* One implicit step of the balance over `advance` steps. The closure is linearised about the present
- * gradient s: tau' = tau(s) + K (s' - s), K = rho (1-phi)(nu + 2 l^2|s|): Newton's step, which for
- * this convex law does not overshoot. For the coming steps the fluid gives force + slope (u' - u), what
- * the grains got in the last ones and its change with u; what it gave too much or too little the last
- * time is settled now, so that in the sum it loses just what the grains gain. */
-static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
-{
-    const int32_t nz = layer_top(f, c);
-    const double dz = c->dz, dt = f->dt * f->advance;
-    const double per_cell = 1.0 / (f->length * f->d * dz);
-    const double *const force = sums_row(f, f->n_blocks, SUM_FORCE);
-    const double *const slope = sums_row(f, f->n_blocks, SUM_SLOPE);
-    double *const length = f->work, *const low = length + c->nz, *const diagonal = low + c->nz;
-    double *const high = diagonal + c->nz, *const rhs = high + c->nz;
-    mixing_length(f, c, tau_top, nz, length);
-    /* the face below the first cell is the floor, half a cell away: u = 0, viscous */
-    double k_below = f->density * (1.0 - c->phi[0]) * f->viscosity / (0.5 * dz);
-    double rest_below = 0.0;
-    for (int32_t k = 0; k < nz; k++) {
-        double k_above = 0.0, rest_above = tau_top;
-        if (k + 1 < nz) {
-            const double s = (c->u[k + 1] - c->u[k]) / dz;
-            const double open = open_part(c, k);
-            const double stiff = f->density * open * (f->viscosity + 2.0 * length[k] * length[k] * fabs(s));
-            k_above = stiff / dz;
-            rest_above = closure(f, open, length[k], s) - stiff * s;
-        }
-        const double inertia = f->density * (1.0 - (c->phi[k] < 0.95 ? c->phi[k] : 0.95)) * dz / dt;
-        const double drag = slope[k] * per_cell * dz;
-        low[k] = k > 0 ? -k_below : 0.0;
-        high[k] = -k_above;
-        diagonal[k] = inertia + drag + k_below + k_above;
-        const double got = force[k] * per_cell;
-        rhs[k] = inertia * c->u[k] + rest_above - rest_below - (2.0 * got - c->taken[k]) * dz + drag * c->u[k];
-        k_below = k_above;
-        rest_below = rest_above;
-    }
-    solve_tridiagonal(nz, low, diagonal, high, rhs);
-    for (int32_t k = 0; k < nz; k++) {
-        c->taken[k] = (force[k] + slope[k] * (rhs[k] - c->u[k])) * per_cell;
-    }
-    memcpy(c->u, rhs, (size_t)nz * sizeof *c->u);
-    f->valid = nz;
-}
-
-/* d tau/dz in the cells below the clear flow, from the stress at their faces. */
-static void stress_gradient(ry_flow *f, ry_column *c, double tau_top)
-{
-    const int32_t nz = f->valid;
-    double *const length = f->work;
-    mixing_length(f, c, tau_top, nz, length);
-    double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
-    for (int32_t k = 0; k < nz; k++) {
-        const double above = k + 1 < nz
-            ? closure(f, open_part(c, k), length[k], (c->u[k + 1] - c->u[k]) / c->dz) : tau_top;
-        c->gradient[k] = (above - below) / c->dz;
-        below = above;
-    }
-    f->valid_length = length[nz - 1];
-}
-
-void ry_flow_shear(const ry_flow *f, const ry_column *c, double tau, double *out)
-{
-    double *const length = f->work;
-    mixing_length(f, c, tau, c->nz, length);
-    double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
-    for (int32_t k = 0; k < c->nz; k++) {
-        const double above = k + 1 < c->nz
-            ? closure(f, open_part(c, k), length[k], (c->u[k + 1] - c->u[k]) / c->dz) : tau;
-        out[k] = 0.5 * (below + above);
-        below = above;
-    }
-}
-
-/* u = u_star/kappa ln(30 z'/k_s) above the bed level that was found, 0 below z' = k_s/30. */
-RY_CLONES static void impose_log(const ry_flow *f, ry_column *c, double tau)
-{
-    const double speed = sqrt(tau / f->density) / RY_FLOW_KAPPA, bed = c->bed_level, dz = c->dz;
-    const double scale = 30.0 / f->roughness;
-    double *restrict const u = c->u;
-#pragma omp simd
-    for (int32_t k = 0; k < c->nz; k++) {
-        const double ratio = scale * ((k + 0.5) * dz - bed);
-        const double above = ratio > 1.0 ? ratio : 1.0;
-        u[k] = speed * ry_log(above);
-    }
 }
 
 /* ---- the stress on exposed grains (Harada et al.) -------------------------------------------- */
@@ -487,72 +290,6 @@ static void push_exposed(ry_flow *f, ry_grains *g, const int32_t *place, double 
 
 /* ---- advance --------------------------------------------------------------------------------- */
 
-/* Means of a row of cells over a sphere of mean diameter centred at the faces from .. end-1. Below the floor there
- * is nothing; what sticks out at the top sees the topmost cell. */
-RY_CLONES static void mean_over_grain(const ry_flow *f, const double *row, int32_t from, int32_t end,
-                                      double *restrict padded, double *restrict out)
-{
-    const int32_t half = f->half, nz = f->nz;
-    for (int32_t k = from - half; k < end + half; k++) {
-        padded[k - from + half] = k < 0 ? 0.0 : row[k < nz ? k : nz - 1];
-    }
-    const double *const part = f->part;
-    for (int32_t k = from; k < end; k++) {
-        out[k] = 0.0;
-    }
-    for (int32_t m = 0; m < 2 * half; m++) {
-        const double weight = part[m];
-#pragma omp simd
-        for (int32_t k = from; k < end; k++) {
-            out[k] += weight * padded[k - from + m];
-        }
-    }
-}
-
-/* How much drag grows where the solid fraction is phi; in place. */
-RY_CLONES static void hinder(double hindrance, int32_t from, int32_t end, double *restrict phi)
-{
-#pragma omp simd
-    for (int32_t k = from; k < end; k++) {
-        phi[k] = ry_pow(1.0 - (phi[k] < 0.75 ? phi[k] : 0.75), -hindrance);
-    }
-}
-
-/* The tables at the faces from .. end-1. */
-static void refresh(ry_flow *f, const ry_column *c, int32_t from, int32_t end)
-{
-    mean_over_grain(f, c->u, from, end, f->work, f->u);
-    if (f->model == RY_FLOW_BALANCE) {
-        mean_over_grain(f, c->gradient, from, end, f->work, f->gradient);
-    }
-    if (f->hindrance > 0.0) {
-        mean_over_grain(f, c->phi, from, end, f->work, f->hinder);
-        hinder(f->hindrance, from, end, f->hinder);
-    }
-    f->faces = end;
-}
-
-/* Faces whose tables need nothing above cell `valid`. */
-static int32_t faces_of(const ry_flow *f)
-{
-    return f->valid < f->nz ? f->valid - f->half : f->nz + 1;
-}
-
-void ry_flow_complete(ry_flow *f, ry_column *c)
-{
-    if (f->valid < f->nz) {
-        clear_flow(f, c, f->nz);
-    }
-}
-
-void ry_flow_reach(ry_flow *f, ry_column *c, double highest)
-{
-    if (highest + 2.0 * c->dz > f->faces * c->dz && f->faces <= f->nz) {
-        ry_flow_complete(f, c);
-        refresh(f, c, f->faces, f->nz + 1);
-    }
-}
-
 void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const int32_t *place)
 {
     ry_column *const c = &state->column;
@@ -565,18 +302,14 @@ void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const int32_t *p
     c->bed_level = ry_flow_bed_level(c->phi, c->nz, c->dz, f->d);
     if (state->step >= f->step_start) {
         if (f->model == RY_FLOW_BALANCE) {
-            advance_balance(f, c, tau);
-            stress_gradient(f, c, tau);
-            f->tau_now = tau;
-            const int32_t margin = f->valid + MARGIN * f->half;
-            clear_flow(f, c, margin < c->nz ? margin : c->nz);
+            ry_column_balance(f, c, tau);
         } else if (f->model == RY_FLOW_LOG) {
-            impose_log(f, c, tau);
+            ry_column_log(f, c, tau);
         } else if (f->model == RY_FLOW_STRESS) {
             push_exposed(f, &state->grains, place, tau);
         }
     }
-    refresh(f, c, 0, faces_of(f));
+    ry_column_refresh(f, c, 0, ry_column_faces(f));
 }
 
 /* ---- making it -------------------------------------------------------------------------------- */
@@ -595,7 +328,7 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
     f->u = ry_array(nz + 1, sizeof(double));
     f->gradient = ry_array(nz + 1, sizeof(double));
     f->hinder = ry_array(nz + 1, sizeof(double));
-    f->sums = ry_array(((size_t)f->n_blocks + 1) * SUM_COUNT * row_length(f), sizeof(double));
+    f->sums = ry_array(((size_t)f->n_blocks + 1) * RY_SUM_COUNT * ry_column_row_length(f), sizeof(double));
     f->half = (int32_t)ceil(0.5 * f->d / f->dz - 1e-9);
     f->part = ry_array(2 * (size_t)f->half, sizeof(double));
     f->work = ry_array(5 * nz + 2 * (size_t)f->half + 1, sizeof(double));
@@ -619,7 +352,7 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
         f->hinder[k] = 1.0;
     }
     f->valid = f->nz;
-    refresh(f, &state->column, 0, faces_of(f));
+    ry_column_refresh(f, &state->column, 0, ry_column_faces(f));
     return RY_OK;
 }
 

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * The fluid column by itself: what stage/flow.c, which knows the grains, asks of it. */
+#ifndef RY_STAGE_COLUMN_H
+#define RY_STAGE_COLUMN_H
+
+#include "stage/flow.h"
+#include "stage/slices.h"
+
+/* Rows of flow->sums: solid volume, force on the grains, its derivative by the fluid's velocity. */
+enum { RY_SUM_VOLUME, RY_SUM_FORCE, RY_SUM_SLOPE, RY_SUM_COUNT };
+
+/* A row has room for a last run of slices beyond the column. */
+RY_INLINE size_t ry_column_row_length(const ry_flow *f)
+{
+    return (size_t)f->nz + RY_SLICES;
+}
+
+RY_INLINE double *ry_column_sums(const ry_flow *f, int32_t block, int row)
+{
+    return f->sums + ((size_t)block * RY_SUM_COUNT + (size_t)row) * ry_column_row_length(f);
+}
+
+/* One advance of model balance under the bed shear stress tau, from the total sums [Pa]. */
+void ry_column_balance(ry_flow *flow, ry_column *column, double tau);
+
+/* u = u_star/kappa ln(30 z'/k_s) above the bed level that was found, 0 below z' = k_s/30. */
+void ry_column_log(const ry_flow *flow, ry_column *column, double tau);
+
+/* Makes the tables for the grains at the faces from .. end-1; ry_column_faces: how many need nothing of the clear
+ * flow that is not computed yet. */
+void ry_column_refresh(ry_flow *flow, const ry_column *column, int32_t from, int32_t end);
+int32_t ry_column_faces(const ry_flow *flow);
+
+#endif
