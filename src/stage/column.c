@@ -86,13 +86,17 @@ static int32_t layer_top(const ry_flow *f, const ry_column *c)
 
 /* Above the grains nothing takes momentum out: the stress is tau_b and the fluid has long adapted to it
  * (its own spin-up, depth/u_star, would be waiting, not physics of the bed). The closure gives the
- * gradient: nu s + l^2 s^2 = tau/(rho (1-phi)). It follows from what is below, upwards, up to cell `end`. */
+ * gradient: nu s + l^2 s^2 = tau/(rho (1-phi)). When the flow sets in, nothing moves yet and l is 0, which
+ * would be laminar water at enormous speed; with duran-moving l is at least that above a wall in the first
+ * cell. All follows from what is below, upwards, up to cell `end`. */
 static void clear_flow(ry_flow *f, ry_column *c, int32_t end)
 {
     const double still = still_fluid(f, f->tau_now);
     double l = f->valid_length;
     for (int32_t k = f->valid; k < end; k++) {
-        const double l2 = l * l;
+        const double wall = f->mixing == RY_FLOW_DURAN_MOVING ? RY_FLOW_KAPPA * (k - f->clear + 0.5) * c->dz : 0.0;
+        const double most = l > wall ? l : wall;
+        const double l2 = most * most;
         const double kinematic = f->tau_now / (f->density * open_part(c, k - 1));
         const double s = 2.0 * kinematic /
                          (f->viscosity + sqrt(f->viscosity * f->viscosity + 4.0 * l2 * kinematic));
@@ -146,7 +150,7 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
         c->taken[k] = (force[k] + slope[k] * (rhs[k] - c->u[k])) * per_cell;
     }
     memcpy(c->u, rhs, (size_t)nz * sizeof *c->u);
-    f->valid = nz;
+    f->clear = f->valid = nz;
 }
 
 /* d tau/dz in the cells below the clear flow, from the stress at their faces. */

@@ -45,7 +45,7 @@ typedef struct ry_flow {
     int32_t n_blocks;
     /* The cells valid .. nz-1, clear flow above the grains, are not computed before somebody looks at them: they
      * follow from valid_length, the mixing length below them, and tau_now, the stress [m, Pa]. */
-    int32_t valid, faces; /* faces: of the tables */
+    int32_t clear, valid, faces; /* clear: the first cell of it; faces: of the tables */
     double valid_length, tau_now;
     int32_t half;  /* cells in a radius, rounded up */
     double *part;  /* 2 half: parts of a mean grain in the cells around its centre [1] */
