@@ -108,7 +108,7 @@ def main():
     table, verdict = convergence(Sweep(folder / "convergence.h5"), Sweep(folder / "other-packings.h5"))
     print(f"### Convergence\n\n{table}\n\n{verdict}\n")
     seconds = sum(spread_of(folder / f"{name}.h5")[1] for name in needed)
-    print(f"The cases took {seconds / 60:.0f} minutes of one core.")
+    print(f"All cases together: {seconds / 60:.0f} minutes, each on one core, beside whatever else ran.")
     return 0
 
 
