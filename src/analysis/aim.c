@@ -192,8 +192,9 @@ static void find_intervals(const ry_aim *aim, ry_verdict *v)
 
 /* --- directions --- */
 
-/* The place c along one direction is fixed, those along the others are free; outside of the bounds the
- * misfit grows steeply. */
+/* The place along one direction is fixed, those along the others are free. A bent valley may leave the box at
+ * its side: what is outside counts as on the bound, and grows steeply where it is far outside. */
+#define FAR_OUTSIDE 0.5
 typedef struct valley {
     const ry_aim *aim;
     const ry_verdict *verdict;
@@ -215,7 +216,8 @@ static double valley_misfit(unsigned n, const double *others, double *gradient, 
             x += w->verdict->vector[d][i] * (d == w->direction ? w->place : others[k++]);
         }
         w->x[i] = fmin(fmax(x, -1.0), 1.0);
-        outside += (x - w->x[i]) * (x - w->x[i]);
+        const double far = fmax(fabs(x - w->x[i]) - FAR_OUTSIDE, 0.0);
+        outside += far * far;
     }
     return ry_aim_misfit(w->aim, w->x) + 1e4 * outside;
 }
