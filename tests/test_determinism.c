@@ -258,7 +258,7 @@ static int resume(const char *fields)
     ry_error error = {0};
     ry_config config;
     const char *const overrides[] = {"grains.columns=12", "grains.layers=6",   "time.settle=0.01",
-                                     "time.end=0.4",      "fluid.shields=0.8", fields};
+                                     "time.end=4",        "fluid.shields=0.8", fields};
     assert_int_equal(
         ry_config_load(&config, RY_SOURCE_DIR "/params/flume.yaml", overrides, 6, &error), RY_OK);
     ry_run_result whole = {0}, part = {0};

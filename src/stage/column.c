@@ -183,7 +183,7 @@ void ry_flow_shear(const ry_flow *f, const ry_column *c, double tau, double *out
 }
 
 /* u = u_star/kappa ln(30 z'/k_s) above the bed level that was found, 0 below z' = k_s/30. */
-RY_CLONES void ry_column_log(const ry_flow *f, ry_column *c, double tau)
+RY_CLONES static void impose_log(const ry_flow *f, ry_column *c, double tau)
 {
     const double speed = sqrt(tau / f->density) / RY_FLOW_KAPPA, bed = c->bed_level, dz = c->dz;
     const double scale = 30.0 / f->roughness;
@@ -250,6 +250,11 @@ int32_t ry_column_faces(const ry_flow *f)
 }
 
 /* ---- for the others ------------------------------------------------------------------------- */
+
+void ry_column_log(const ry_flow *f, ry_column *c, double tau)
+{
+    impose_log(f, c, tau);
+}
 
 void ry_column_balance(ry_flow *f, ry_column *c, double tau)
 {

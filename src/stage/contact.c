@@ -244,13 +244,16 @@ static void put_list(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
 static void book_openings(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t first,
                           const ry_near *near)
 {
+    int32_t opened[RY_CONTACT_BLOCK], n = 0; /* listed first: there is no branch to guess wrong */
     for (int32_t k = 0; k < near->n; k++) {
-        if (!(near->distance[k] < near->radii[k]) && near->age[k] != 0.0) {
-            const int32_t i = near->i[k];
-            const ry_gap gap = {near->dx[k], near->dz[k], near->distance[k]};
-            c->loss_opening[i] +=
-                tangential_energy(c, g, pairs, first + k, gap, ry_contact_bond(c, i, near->j[k]).stretch);
-        }
+        opened[n] = k;
+        n += !(near->distance[k] < near->radii[k]) & (near->age[k] != 0.0);
+    }
+    for (int32_t m = 0; m < n; m++) {
+        const int32_t k = opened[m], i = near->i[k];
+        const ry_gap gap = {near->dx[k], near->dz[k], near->distance[k]};
+        c->loss_opening[i] +=
+            tangential_energy(c, g, pairs, first + k, gap, ry_contact_bond(c, i, near->j[k]).stretch);
     }
 }
 

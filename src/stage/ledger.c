@@ -2,20 +2,39 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors */
 #include "stage/ledger.h"
 
+#include "stage/four.h"
+
 /* What a block of pairs loses; laid out for the vector loop. */
 typedef struct ry_losses {
+    double dx[RY_CONTACT_BLOCK], dz[RY_CONTACT_BLOCK], turn[RY_CONTACT_BLOCK]; /* mean velocities: partner less
+                                                                                   owner, and sum */
     double dashpot[RY_CONTACT_BLOCK], friction[RY_CONTACT_BLOCK];
 } ry_losses;
+
+/* The list goes on, or is filled up, beyond any n. */
+RY_CLONES static void fetch_means(const ry_motion *m, const ry_pairs *pairs, int32_t at, int32_t n, ry_losses *out)
+{
+    const double (*const mean)[RY_MEAN] = (const double (*)[RY_MEAN])m->mean;
+    const int32_t *const i = pairs->i + at, *const j = pairs->j + at;
+    const ry_four flip = {-1.0, -1.0, 1.0, 1.0};
+    for (int32_t k = 0; k < n; k += 4) {
+        ry_four rows[4];
+        for (int32_t q = 0; q < 4; q++) {
+            rows[q] = ry_four_load(mean[j[k + q]]) + flip * ry_four_load(mean[i[k + q]]);
+        }
+        ry_four_turn(rows);
+        ry_four_store(out->dx + k, rows[RY_MEAN_X]);
+        ry_four_store(out->dz + k, rows[RY_MEAN_Z]);
+        ry_four_store(out->turn + k, rows[RY_MEAN_TURN]);
+    }
+}
 
 /* Dashpots: -J . mean velocity. Friction: the work of the whole tangential force, less what the spring
  * keeps of it: energy before (et) and after the drift that follows, at the velocity that now results,
  * twice the mean less that before; both at the time of the velocities (ry_contact_measure). Pairs at .. at+n-1;
  * what does not touch loses nothing. */
-RY_CLONES static void lose(const ry_contact *c, const ry_motion *m, const ry_pairs *pairs, int32_t at,
-                           int32_t n, ry_losses *out)
+RY_CLONES static void lose(const ry_contact *c, const ry_pairs *pairs, int32_t at, int32_t n, ry_losses *out)
 {
-    const double *const mean_x = m->mean_x, *const mean_z = m->mean_z, *const turn = m->mean_turn;
-    const int32_t *const owner = pairs->i + at, *const partner = pairs->j + at;
     const double *const t_nx = pairs->t_nx + at, *const t_nz = pairs->t_nz + at;
     const double *const lever = pairs->t_lever + at, *const run = pairs->t_run + at;
     const double *const stored = pairs->slip + at, *const jn = pairs->t_jn + at, *const en = pairs->t_en + at;
@@ -23,11 +42,9 @@ RY_CLONES static void lose(const ry_contact *c, const ry_motion *m, const ry_pai
     const double dt = c->dt;
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
-        const int32_t i = owner[k], j = partner[k];
-        const double nx = t_nx[k], nz = t_nz[k];
-        const double ux = mean_x[i] - mean_x[j], uz = mean_z[i] - mean_z[j];
+        const double nx = t_nx[k], nz = t_nz[k], ux = -out->dx[k], uz = -out->dz[k];
         const double approach = ux * nx + uz * nz;
-        const double mean = ux * nz - uz * nx + (turn[i] + turn[j]) * lever[k];
+        const double mean = ux * nz - uz * nx + out->turn[k] * lever[k];
         const double after = 2.0 * mean * dt - run[k], slip = stored[k] + after;
         const double work = -jt[k] * mean;
         const double kept = 0.5 * kt[k] * ry_max(slip * (slip - after), 0.0) - et[k];
@@ -47,7 +64,8 @@ static double lose_in_impact(const ry_contact *c, const ry_motion *m, const ry_g
     const int32_t i = pairs->i[p], j = pairs->j[p];
     const double nx = pairs->t_nx[p], nz = pairs->t_nz[p], impulse = pairs->t_jn[p];
     const double dt = c->dt, ims = c->im[i] + c->im[j];
-    const double mean = (m->mean_x[i] - m->mean_x[j]) * nx + (m->mean_z[i] - m->mean_z[j]) * nz;
+    const double *const mean_i = m->mean[i], *const mean_j = m->mean[j];
+    const double mean = (mean_i[RY_MEAN_X] - mean_j[RY_MEAN_X]) * nx + (mean_i[RY_MEAN_Z] - mean_j[RY_MEAN_Z]) * nz;
     const double before = (g->vx[i] - g->vx[j]) * nx + (g->vz[i] - g->vz[j]) * nz;
     const double after = 2.0 * mean - before;
     const ry_gap gap = ry_contact_gap(c, g, pairs, p);
@@ -69,35 +87,54 @@ static void book_run(const ry_contact *c, const ry_motion *m, ry_state *state, c
     for (int32_t at = from; at < end; at += RY_CONTACT_BLOCK) {
         const int32_t left = end - at;
         const int32_t count = left < RY_CONTACT_BLOCK ? left : RY_CONTACT_BLOCK;
-        lose(c, m, pairs, at, count, &losses);
+        fetch_means(m, pairs, at, count, &losses);
+        lose(c, pairs, at, count, &losses);
+        int32_t impacts[RY_CONTACT_BLOCK], n = 0;
         for (int32_t k = 0; k < count; k++) {
             const int32_t i = pairs->i[at + k];
             dashpot[i] += losses.dashpot[k];
             friction[i] += losses.friction[k];
-            if (en[at + k] >= 0.0) {
-                impact[i] += lose_in_impact(c, m, &state->grains, pairs, at + k);
-            }
+            impacts[n] = at + k;
+            n += en[at + k] >= 0.0;
+        }
+        for (int32_t k = 0; k < n; k++) {
+            impact[pairs->i[impacts[k]]] += lose_in_impact(c, m, &state->grains, pairs, impacts[k]);
         }
     }
 }
 
-/* Mean velocities of this step, and the fluid's part of their work. */
+/* Grains are done in blocks of this many, which stay in the first cache. */
+enum { GRAINS = 256 };
+
+/* Mean velocities of this step, and the fluid's part of their work. Grains begin .. begin+n-1. */
 RY_CLONES static void mean_and_fluid(const ry_motion *m, const ry_grains *g, double *restrict fluid_work,
-                                     int32_t begin, int32_t end)
+                                     int32_t begin, int32_t n)
 {
-    const double *const im = m->im, *const cx = m->cx, *const cz = m->cz, *const ct = m->ct;
-    const double *const gx = m->gx, *const gz = m->gz, *const weight = m->weight, *const gain = m->spin_gain;
-    const double *const vx = g->vx, *const vz = g->vz, *const spin = g->spin, *const r = g->radius;
-    double *const mean_x = m->mean_x, *const mean_z = m->mean_z, *const turn = m->mean_turn;
+    const double *const im = m->im + begin, *const cx = m->cx + begin, *const cz = m->cz + begin;
+    const double *const ct = m->ct + begin, *const gx = m->gx + begin, *const gz = m->gz + begin;
+    const double *const weight = m->weight + begin, *const gain = m->spin_gain + begin;
+    const double *const vx = g->vx + begin, *const vz = g->vz + begin;
+    const double *const spin = g->spin + begin, *const r = g->radius + begin;
+    double mean[RY_MEAN][GRAINS] = {{0.0}};
 #pragma omp simd
-    for (int32_t k = begin; k < end; k++) {
+    for (int32_t k = 0; k < n; k++) {
         const double mass = im[k] > 0.0 ? 1.0 / im[k] : 0.0;
         const double x = vx[k] + 0.5 * (cx[k] * im[k] + gx[k]);
         const double z = vz[k] + 0.5 * (cz[k] * im[k] + gz[k]);
-        mean_x[k] = x;
-        mean_z[k] = z;
-        turn[k] = (spin[k] + 0.5 * ct[k] * gain[k]) * r[k];
-        fluid_work[k] += mass * (gx[k] * x + (gz[k] - weight[k]) * z);
+        mean[RY_MEAN_X][k] = x;
+        mean[RY_MEAN_Z][k] = z;
+        mean[RY_MEAN_TURN][k] = (spin[k] + 0.5 * ct[k] * gain[k]) * r[k];
+        fluid_work[begin + k] += mass * (gx[k] * x + (gz[k] - weight[k]) * z);
+    }
+    for (int32_t k = 0; k < n; k += 4) {
+        ry_four rows[4];
+        for (int32_t q = 0; q < 4; q++) {
+            rows[q] = ry_four_load(mean[q] + k);
+        }
+        ry_four_turn(rows);
+        for (int32_t q = 0; q < 4 && k + q < n; q++) {
+            ry_four_store(m->mean[begin + k + q], rows[q]);
+        }
     }
 }
 
@@ -112,7 +149,10 @@ static void do_grains(void *context, int32_t begin, int32_t end, int thread)
 {
     const ry_ledger_task *const t = context;
     (void)thread;
-    mean_and_fluid(t->motion, &t->state->grains, t->state->ledger.fluid_work, begin, end);
+    for (int32_t k = begin; k < end; k += GRAINS) {
+        const int32_t n = end - k < GRAINS ? end - k : GRAINS;
+        mean_and_fluid(t->motion, &t->state->grains, t->state->ledger.fluid_work, k, n);
+    }
 }
 
 static void do_chunks(void *context, int32_t begin, int32_t end, int thread)

@@ -31,19 +31,19 @@ ry_status ry_motion_create(ry_motion *m, int32_t n, int moves, int ledger, ry_er
     }
     RY_TRY(make(&m->sx, n, moves, error));
     RY_TRY(make(&m->sz, n, moves, error));
-    RY_TRY(make(&m->mean_x, n, ledger, error));
-    RY_TRY(make(&m->mean_z, n, ledger, error));
-    return make(&m->mean_turn, n, ledger, error);
+    m->mean = ledger ? ry_array((size_t)n + RY_MAX_WALLS, sizeof *m->mean) : NULL;
+    return m->mean != NULL || !ledger ? RY_OK : ry_no_memory(error, (size_t)n * sizeof *m->mean);
 }
 
 void ry_motion_free(ry_motion *m)
 {
     double *const arrays[] = {m->im, m->tm, m->spin_gain, m->gx, m->gz, m->weight,
-                              m->cx, m->cz, m->ct, m->sx, m->sz, m->mean_x, m->mean_z, m->mean_turn};
+                              m->cx, m->cz, m->ct, m->sx, m->sz};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }
     free(m->body);
+    free(m->mean);
     *m = (ry_motion){0};
 }
 

@@ -19,6 +19,9 @@
  * differences, the others as sums. */
 enum { RY_BODY_X, RY_BODY_Z, RY_BODY_R, RY_BODY_TURN, RY_BODY_VX, RY_BODY_VZ, RY_BODY_IM, RY_BODY_TM, RY_BODY };
 
+/* Velocity and spin x radius [m/s]; a record for the same reason. */
+enum { RY_MEAN_X, RY_MEAN_Z, RY_MEAN_TURN, RY_MEAN_SPARE, RY_MEAN };
+
 typedef struct ry_motion {
     int threads, periodic, moves, n_walls;
     double dt, length;
@@ -31,7 +34,7 @@ typedef struct ry_motion {
     double *sx, *sz;   /* shift/im of all contacts; NULL unless the law moves [kg m] */
     double (*body)[RY_BODY]; /* n + RY_MAX_WALLS, as of the end of the last step */
     double highest; /* z of the highest grain [m] */
-    double *mean_x, *mean_z, *mean_turn; /* velocity and spin x radius, mean of a step; NULL without ledger [m/s] */
+    double (*mean)[RY_MEAN]; /* n + RY_MAX_WALLS, means of a step; NULL without ledger */
 } ry_motion;
 
 /* `im` and `tm` are filled by whoever knows the scene; then ry_motion_settle makes the bodies. */
