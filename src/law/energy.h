@@ -86,7 +86,7 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     /* a spring that has let go is relaxed where the grains are: it costs nothing and makes the next
      * squeeze start from here; likewise that of a contact which is enduring from its first step on, whose
      * overlap nobody has paid for */
-    const double rest = (t.age == 0.0) & !alone ? t.d : ry_min(t.rest, t.d);
+    const double rest = ((t.age == 0.0) & !alone) ? t.d : ry_min(t.rest, t.d);
     const ry_energy_share close = ry_energy_close(q, t, a);
     const double stretch = is_new ? close.stretch : t.d - rest;
     const double motion2 = is_new ? close.motion2 : t.w * t.w;
@@ -97,7 +97,7 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     const double root = sqrt(b * b + (1.0 + a) * motion2);
     const double stay = ((is_new ? root : -root) - b) * per_1a;
     const double leave = t.g - sqrt(t.g * t.g + motion2 + a * stretch * stretch);
-    const double after = is_new | (stretch + stay > 0.0) ? stay : leave;
+    const double after = (is_new | (stretch + stay > 0.0)) ? stay : leave;
     const int parts = is_new & (t.w <= 0.0); /* passing obliquely, parting already: let them go */
     const double impact = (stretch > 0.0) | is_new ? (after - t.w - t.g) * per_split : 0.0;
 
@@ -106,7 +106,7 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     p.f = parts ? 0.0 : (is_impact ? impact : lasting.f);
     p.shift = 0.0;
     p.rest = is_new ? (parts ? t.d : t.d - stretch) : rest;
-    p.impact = is_new & !parts ? close.lost * per_split : 0.0;
+    p.impact = (is_new & !parts) ? close.lost * per_split : 0.0;
     p.held = is_impact ? (is_new ? 0.0 : 0.5 * q.a * stretch * stretch) : -1.0;
     p.rough = is_impact ? per_split : 0.0;
     p.from = is_impact ? 0.0 : lasting.from;

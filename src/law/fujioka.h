@@ -96,7 +96,7 @@ RY_INLINE ry_push ry_law_fujioka1(const ry_bond q, const ry_touch t)
     ry_push p = {0};
     p.f = lets_go ? 0.0 : (closing ? close : rebound) - t.w;
     p.rest = rest;
-    p.impact = closing & !lets_go ? 0.5 * (1.0 - q.e * q.e) * t.w * t.w : 0.0;
+    p.impact = (closing & !lets_go) ? 0.5 * (1.0 - q.e * q.e) * t.w * t.w : 0.0;
     return p;
 }
 

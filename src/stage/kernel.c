@@ -106,7 +106,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
                 t_lever[k] = lever;
                 t_run[k] = w_t;
                 t_jt[k] = mine ? (s.slides ? along : damped) : 0.0;
-                t_et[k] = mine & s.slides ? 0.5 * kt * ry_max(slip * (slip - w_t), 0.0) : -1.0;
+                t_et[k] = (mine & s.slides) ? 0.5 * kt * ry_max(slip * (slip - w_t), 0.0) : -1.0;
                 t_kt[k] = mine ? kt : 0.0;
             }
         } else if (features & RY_CONTACT_LEDGER) {
