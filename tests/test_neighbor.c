@@ -26,10 +26,12 @@ static void make_cloud(cloud *c, int n, int periodic, double length, double heig
         g->z[k] = evenly(-0.2 * height, height);
         g->fixed[k] = k % 5 == 0;
         g->density[k] = 1.0;
+        g->vx[k] = evenly(-1.0, 1.0);
+        g->vz[k] = evenly(-1.0, 1.0);
     }
     c->neighbor = (ry_neighbor){.length = length,
                                 .periodic = periodic,
-                                .skin_least = 0.5 * skin, .skin_most = 0.5 * skin,
+                                .skin_least = 0.1 * skin, .skin_most = 0.5 * skin, .horizon = 0.5 * skin,
                                 .n_walls = 1,
                                 .wall = {RY_WALL_FLOOR}};
     assert_int_equal(ry_neighbor_create(&c->neighbor, g, 1, &error), RY_OK);
@@ -69,6 +71,32 @@ static int count_slots(const cloud *c, int i, int j)
     return found;
 }
 
+/* A fast grain may go further, none further than it may at most. */
+static void check_skin(const cloud *c, int i)
+{
+    const ry_neighbor *const b = &c->neighbor;
+    const ry_grains *const g = &c->state.grains;
+    const double way = fmin(b->skin_least + b->horizon * hypot(g->vx[i], g->vz[i]), b->skin_most);
+    assert_true(fabs(b->skin[i] - way) <= 1e-12 * way && b->limit2[i] <= way * way);
+}
+
+/* The slots in which a grain is the partner: all of them, by ascending owner. */
+static void check_below(const cloud *c, int i)
+{
+    const ry_pairs *const pairs = &c->pairs;
+    const int first = pairs->below_start[i], end = pairs->below_start[i + 1];
+    int expected = 0;
+    for (int p = 0; p < pairs->row[pairs->n_grains]; p++) {
+        expected += pairs->j[p] == i;
+    }
+    assert_int_equal(end - first, expected);
+    for (int b = first; b < end; b++) {
+        assert_int_equal(pairs->j[pairs->below[b]], i);
+        assert_true(b == first || c->state.grains.id[pairs->i[pairs->below[b]]] >
+                                      c->state.grains.id[pairs->i[pairs->below[b - 1]]]);
+    }
+}
+
 /* Every pair that could touch before the next rebuild is listed once; none is listed twice, none with
  * itself; the partners of an owner have ascending ids; two fixed grains need no slot. */
 static void check_cloud(const cloud *c)
@@ -79,16 +107,22 @@ static void check_cloud(const cloud *c)
             const double gap = distance(c, i, j) - g->radius[i] - g->radius[j];
             const int slots = count_slots(c, i, j), both_fixed = g->fixed[i] && g->fixed[j];
             assert_true(slots <= 1);
-            if (gap <= 2.0 * c->neighbor.skin_most && !both_fixed && slots != 1) {
-                fail_msg("grains %d and %d, %g apart with a skin of %g, are not listed (length %g)",
-                         i, j, gap, 2.0 * c->neighbor.skin_most, c->neighbor.length);
+            const double skins = c->neighbor.skin[i] + c->neighbor.skin[j];
+            if (gap <= skins && !both_fixed && slots != 1) {
+                fail_msg("grains %d and %d, %g apart with skins of %g, are not listed (length %g)",
+                         i, j, gap, skins, c->neighbor.length);
+            }
+            if (gap > skins * (1.0 + 1e-9) || both_fixed) {
+                assert_int_equal(slots, 0);
             }
         }
         for (int p = c->pairs.row[i] + 1; p < c->pairs.row[i + 1]; p++) {
             assert_true(g->id[c->pairs.j[p]] > g->id[c->pairs.j[p - 1]]);
         }
+        check_skin(c, i);
+        check_below(c, i);
         const int32_t floor_slot = c->pairs.wall_slot[0][i];
-        if (g->z[i] - g->radius[i] <= c->neighbor.skin_most && !g->fixed[i]) {
+        if (g->z[i] - g->radius[i] <= c->neighbor.skin[i] && !g->fixed[i]) {
             assert_true(floor_slot >= c->pairs.n_inner && floor_slot < c->pairs.n);
             assert_int_equal(c->pairs.i[floor_slot], i);
         }
