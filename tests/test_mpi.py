@@ -36,7 +36,7 @@ if "built with MPI" not in " ".join(subprocess.run([PROGRAM, "sweep", "--help"],
     skip("ryusa was built without MPI; Debian: apt install libopenmpi-dev")
 
 SCENE = """\
-time: {step: 20 us, end: 2 s, settle: 2 ms}
+time: {step: 20 us, end: 8 s, settle: 2 ms}
 grains: {columns: 6, layers: 3, seed: 3}
 fluid: {shields: 0.5}
 output: {interval: 2 ms, checkpoint: 0.1 s, fields: [flux]}
@@ -138,7 +138,7 @@ class Farm(unittest.TestCase):
         self.assert_same(self.table("s.h5"), self.table("plain.h5"))
 
     def test_cases_go_to_whoever_is_free(self):
-        self.write("vary: {time.end: [8 s, 0.1 s, 0.11 s, 0.12 s, 0.13 s, 0.14 s, 0.15 s]}\n")
+        self.write("vary: {time.end: [30 s, 0.1 s, 0.11 s, 0.12 s, 0.13 s, 0.14 s, 0.15 s]}\n")
         _, err = self.farm(2, "-s", "stop.flux_error=0.001")
         ended = re.findall(r"(?m)^case (\d) of 7", err)
         self.assertEqual((sorted(ended), ended[-1]), (list("1234567"), "1"), err)

@@ -35,7 +35,7 @@ static void make_cloud(cloud *c, int n, int periodic, double length, double heig
                                 .n_walls = 1,
                                 .wall = {RY_WALL_FLOOR}};
     assert_int_equal(ry_neighbor_create(&c->neighbor, g, 1, &error), RY_OK);
-    assert_int_equal(ry_pairs_create(&c->pairs, n, 1, 0, 0, 0, &error), RY_OK);
+    assert_int_equal(ry_pairs_create(&c->pairs, n, 1, RY_PAIRS_RESTS, &error), RY_OK);
     if (ry_neighbor_rebuild(&c->neighbor, g, &c->pairs, &error) != RY_OK) {
         fail_msg("%s", error.text);
     }

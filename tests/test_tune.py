@@ -161,8 +161,8 @@ class Tune(unittest.TestCase):
     def test_joint_finds_its_own_truth(self):
         """The target is the model itself with friction 0.2: friction is found; the springs, stiffer than
         the flux can feel, are said to be flat."""
-        self.write("title: truth\ntime: {step: 20 us, end: 1.6 s, settle: 0.1 s}\n"
-                   "grains: {columns: 12, layers: 4, packing: random, seed: 3}\n"
+        self.write("title: truth\ntime: {step: 20 us, end: 2.4 s, settle: 0.1 s}\n"
+                   "grains: {columns: 24, layers: 4, packing: random, seed: 3}\n"
                    "contact: {restitution: 0.5}\nfluid: {model: balance}\n", "own.yaml")
         rows = ["theta,q_star,error"]
         for theta in (0.25, 0.35, 0.5):

@@ -148,7 +148,7 @@ static void fetch_run(ry_pairs *pairs, int32_t first, int32_t n, ry_near *near)
     near->i = pairs->i + first;
     near->j = pairs->j + first;
     near->slip = pairs->slip + first;
-    near->rest = pairs->rest + first;
+    near->rest = pairs->rest != NULL ? pairs->rest + first : near->spare[0]; /* which nobody reads */
     near->wet = pairs->wet != NULL ? pairs->wet + first : NULL;
 #define RY_TOUCH_AT(name, unit, text) near->t_##name = pairs->t_##name + first;
     if (pairs->t_run != NULL) {
@@ -179,7 +179,7 @@ static void fetch_list(ry_pairs *pairs, int32_t n, ry_near *near)
         i[k] = pairs->i[p];
         j[k] = pairs->j[p];
         near->slip[k] = pairs->slip[p];
-        near->rest[k] = pairs->rest[p];
+        near->rest[k] = pairs->rest != NULL ? pairs->rest[p] : 0.0;
         near->age[k] = pairs->age[p];
     }
     for (int32_t k = 0; near->wet != NULL && k < near->n_padded; k++) {
@@ -220,7 +220,9 @@ static void put_list(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
         const double slot[RY_SLOT] = {near->px[k], near->pz[k], near->pt[k], near->mark[k]};
         memcpy(pairs->slot[p], slot, sizeof slot);
         pairs->slip[p] = near->slip[k];
-        pairs->rest[p] = near->rest[k];
+        if (pairs->rest != NULL) {
+            pairs->rest[p] = near->rest[k];
+        }
         pairs->age[p] = (uint8_t)near->age[k];
         if (near->wet != NULL) {
             pairs->wet[p] = near->wet[k];
@@ -459,7 +461,8 @@ static double normal_energy(const ry_contact *c, const ry_grains *g, const ry_pa
                             ry_gap gap, double a)
 {
     const int32_t i = pairs->i[p], j = pairs->j[p];
-    const double stretch = ry_max(g->radius[i] + g->radius[j] - gap.distance - pairs->rest[p], 0.0);
+    const double rest = pairs->rest != NULL ? pairs->rest[p] : 0.0;
+    const double stretch = ry_max(g->radius[i] + g->radius[j] - gap.distance - rest, 0.0);
     const double root = c->coef.hertz > 0.0 ? sqrt(stretch) : 1.0;
     const double power = c->coef.hertz > 0.0 ? 0.4 : 0.5; /* int a d^1.5, int a d */
     const double run = ((g->vx[i] - g->vx[j]) * gap.dx + (g->vz[i] - g->vz[j]) * gap.dz) / gap.distance * c->dt;

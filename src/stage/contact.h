@@ -95,6 +95,7 @@ const char *ry_contact_law_name(int law);
 int ry_contact_law_moves(int law);
 
 int ry_contact_law_damps(int law); /* it takes a damping ratio */
+int ry_contact_law_rests(int law); /* its contacts remember where their spring is relaxed */
 
 /* What the film makes of a contact of two grains that close [e, or zeta2]: a, c as in law/law.h of the dry
  * pair, `loss` = 35/St. */

@@ -172,18 +172,18 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
 #define YOUNG_0(name) {NULL}
 #define YOUNG_1(name) ALL(young_##name)
 
-#define RY_LAW(name, law, moves, ratio, parts, letter, source) \
+#define RY_LAW(name, law, moves, ratio, parts, rests, letter, source) \
     FIRST_##parts(name, moves, ratio) THEN_##parts(name, moves, ratio)
 #include "law/laws.def"
 #undef RY_LAW
 
 static const struct {
     const char *name;
-    int moves, ratio;
+    int moves, ratio, rests;
     ry_contact_fn *kernel[RY_CONTACT_STAMPS], *young[RY_CONTACT_STAMPS];
 } laws[] = {
-#define RY_LAW(name, law, moves, ratio, parts, letter, source) \
-    {#name, moves, ratio, ALL(first_##name), YOUNG_##parts(name)},
+#define RY_LAW(name, law, moves, ratio, parts, rests, letter, source) \
+    {#name, moves, ratio, rests, ALL(first_##name), YOUNG_##parts(name)},
 #include "law/laws.def"
 #undef RY_LAW
 };
@@ -211,4 +211,9 @@ int ry_contact_law_moves(int law)
 int ry_contact_law_damps(int law)
 {
     return laws[law].ratio;
+}
+
+int ry_contact_law_rests(int law)
+{
+    return laws[law].rests;
 }

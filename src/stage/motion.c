@@ -264,14 +264,24 @@ static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t
     }
 }
 
+/* Grains are moved and written as records in blocks that stay in the first cache. */
+enum { BLOCK = 512 };
+
 static void integrate_grains(void *context, int32_t begin, int32_t end, int thread)
 {
     ry_motion_task *const t = context;
     if (t->motion->moves) {
         shift_range(t->motion, t->grains, begin, end);
     }
-    t->extent[thread] = integrate_range(t->motion, t->grains, t->x0, t->z0, t->limit2, begin, end);
-    write_bodies(t->motion, t->grains, begin, end);
+    ry_extent all = {0, -INFINITY};
+    for (int32_t k = begin; k < end; k += BLOCK) {
+        const int32_t next = end - k < BLOCK ? end : k + BLOCK;
+        const ry_extent here = integrate_range(t->motion, t->grains, t->x0, t->z0, t->limit2, k, next);
+        write_bodies(t->motion, t->grains, k, next);
+        all.gone |= here.gone;
+        all.highest = here.highest > all.highest ? here.highest : all.highest;
+    }
+    t->extent[thread] = all;
 }
 
 int ry_motion_integrate(ry_motion *m, ry_grains *g, double *x0, const double *z0, const double *limit2)

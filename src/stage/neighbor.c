@@ -336,10 +336,11 @@ static ry_status set_memory_aside(ry_neighbor *b, ry_pairs *pairs, ry_error *err
         old->room = 0;
         old->j = ry_array(pairs->capacity, sizeof *old->j);
         old->slip = ry_array(pairs->capacity, sizeof *old->slip);
-        old->rest = ry_array(pairs->capacity, sizeof *old->rest);
+        old->rest = pairs->rest != NULL ? ry_array(pairs->capacity, sizeof *old->rest) : NULL;
         old->age = ry_array(pairs->capacity, sizeof *old->age);
         old->wet = pairs->wet != NULL ? ry_array(pairs->capacity, sizeof *old->wet) : NULL;
-        if (!old->j || !old->slip || !old->rest || !old->age || (pairs->wet != NULL && !old->wet)) {
+        if (!old->j || !old->slip || !old->age || (pairs->rest != NULL && !old->rest) ||
+            (pairs->wet != NULL && !old->wet)) {
             return ry_no_memory(error, pairs->capacity * 21);
         }
         old->room = pairs->capacity;
@@ -359,8 +360,10 @@ static ry_status set_memory_aside(ry_neighbor *b, ry_pairs *pairs, ry_error *err
 static void take_over(ry_pairs *pairs, int32_t slot, const struct ry_old *old, int32_t from)
 {
     pairs->slip[slot] = from >= 0 ? old->slip[from] : 0.0;
-    pairs->rest[slot] = from >= 0 ? old->rest[from] : 0.0;
     pairs->age[slot] = from >= 0 ? old->age[from] : 0;
+    if (pairs->rest != NULL) {
+        pairs->rest[slot] = from >= 0 ? old->rest[from] : 0.0;
+    }
     if (pairs->wet != NULL) {
         pairs->wet[slot] = from >= 0 ? old->wet[from] : 0.0;
     }

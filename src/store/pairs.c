@@ -14,8 +14,7 @@ static ry_status make(void *array, size_t count, size_t size, ry_error *error)
     return *slot != NULL ? RY_OK : ry_no_memory(error, count * size);
 }
 
-ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, int ledger,
-                          int wet, ry_error *error)
+ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, unsigned wants, ry_error *error)
 {
     const size_t n = (size_t)n_grains;
     *pairs = (ry_pairs){.n_grains = n_grains};
@@ -27,14 +26,17 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int mo
     for (int w = 0; w < n_walls; w++) {
         RY_TRY(make(&pairs->wall_slot[w], n, sizeof **pairs->wall_slot, error));
     }
-    if (moves) { /* any non-NULL arrays tell ry_pairs_reserve that shifts are wanted */
+    if (wants & RY_PAIRS_SHIFTS) { /* any non-NULL arrays tell ry_pairs_reserve that shifts are wanted */
         RY_TRY(make(&pairs->sx, 1, sizeof *pairs->sx, error));
         RY_TRY(make(&pairs->sz, 1, sizeof *pairs->sz, error));
     }
-    if (wet) {
+    if (wants & RY_PAIRS_RESTS) {
+        RY_TRY(make(&pairs->rest, 1, sizeof(double), error));
+    }
+    if (wants & RY_PAIRS_WET) {
         RY_TRY(make(&pairs->wet, 1, sizeof(double), error));
     }
-    if (ledger) {
+    if (wants & RY_PAIRS_LEDGER) {
         RY_TRY(make(&pairs->t_run, 1, sizeof(double), error)); /* likewise */
     }
     return ry_pairs_reserve(pairs, 1, error);
@@ -51,7 +53,9 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
     RY_TRY(make(&pairs->j, room, sizeof *pairs->j, error));
     RY_TRY(make(&pairs->below, room, sizeof *pairs->below, error));
     RY_TRY(make(&pairs->slip, room, sizeof *pairs->slip, error));
-    RY_TRY(make(&pairs->rest, room, sizeof *pairs->rest, error));
+    if (pairs->rest != NULL) {
+        RY_TRY(make(&pairs->rest, room, sizeof *pairs->rest, error));
+    }
     RY_TRY(make(&pairs->age, room, sizeof *pairs->age, error));
     RY_TRY(make(&pairs->slot, room, sizeof *pairs->slot, error));
     if (pairs->wet != NULL) {
@@ -96,7 +100,7 @@ static void export_slot(const ry_pairs *pairs, int32_t slot, int32_t id_i, int32
     out->id_i[out->n] = id_i;
     out->id_j[out->n] = id_j;
     out->slip[out->n] = pairs->slip[slot];
-    out->rest[out->n] = pairs->rest[slot];
+    out->rest[out->n] = pairs->rest != NULL ? pairs->rest[slot] : 0.0;
     out->age[out->n] = pairs->age[slot];
     if (pairs->wet != NULL) {
         out->wet[out->n] = pairs->wet[slot];
@@ -151,7 +155,9 @@ void ry_pairs_import(ry_pairs *pairs, const ry_state *state)
         const int32_t p = find_slot(pairs, state->grains.id, from->id_i[c], from->id_j[c]);
         if (p >= 0) { /* a contact that has since parted is not in the list: it is closed anyway */
             pairs->slip[p] = from->slip[c];
-            pairs->rest[p] = from->rest[c];
+            if (pairs->rest != NULL) {
+                pairs->rest[p] = from->rest[c];
+            }
             pairs->age[p] = (uint8_t)from->age[c];
             if (pairs->wet != NULL && from->wet != NULL) {
                 pairs->wet[p] = from->wet[c];

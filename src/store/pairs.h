@@ -30,7 +30,8 @@ typedef struct ry_pairs {
     size_t capacity;
 
     int32_t *i, *j;   /* storage index of the owner and its partner; n_grains + w for wall w */
-    double *slip, *rest; /* as in ry_contacts */
+    double *slip;     /* as in ry_contacts; likewise: */
+    double *rest;     /* NULL unless the law has it */
     uint8_t *age;     /* steps in touch so far, up to 255; 0: did not touch in the last step */
     /* What the last step gives: impulse along x and z on the owner (the partner gets the opposite),
      * angular impulse per radius (the same on both) [N s]; marks. Side by side, because a grain
@@ -74,8 +75,10 @@ RY_INLINE int32_t ry_pairs_fill(int32_t n)
     return (n + RY_LANES - 1) / RY_LANES * RY_LANES;
 }
 
-ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, int moves, int ledger,
-                          int wet, ry_error *error);
+/* What of a pair is wanted beyond what every law needs. */
+enum { RY_PAIRS_SHIFTS = 1, RY_PAIRS_LEDGER = 2, RY_PAIRS_WET = 4, RY_PAIRS_RESTS = 8 };
+
+ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, unsigned wants, ry_error *error);
 void ry_pairs_free(ry_pairs *pairs);
 
 /* Room for n pairs; what is there is lost. */
