@@ -199,7 +199,7 @@ class Sweep(unittest.TestCase):
 
     # --- stops ---
 
-    LONG = "vary: {fluid.shields: [0.3, 0.6, 0.9]}\nset: {time.end: 3 s, output.checkpoint: 0.1 s, output.fields: [flux]}\n"
+    LONG = "vary: {fluid.shields: [0.3, 0.6, 0.9]}\nset: {time.end: 9 s, output.checkpoint: 0.1 s, output.fields: [flux]}\n"
 
     def start(self, *words):
         return subprocess.Popen([PROGRAM, "sweep", "s.yaml", *words], cwd=self.folder, text=True, env=PLAIN,
@@ -239,12 +239,15 @@ class Sweep(unittest.TestCase):
         self.assertEqual(self.hashes(), first)
 
     def test_killed_worker(self):
-        self.write(self.LONG.replace("time.end: 3 s", "time.end: 300 s, stop.flux_error: 0.5, stop.after: 3 s"))
+        self.write(self.LONG.replace("time.end: 9 s", "time.end: 300 s, stop.flux_error: 0.5, stop.after: 20 s"))
         p = self.start("-j", "2")
         children = Path(f"/proc/{p.pid}/task/{p.pid}/children")
-        time.sleep(0.5)
+        deadline = time.monotonic() + 60
+        pids = []
         try:
-            pids = children.read_text().split()
+            while not pids and time.monotonic() < deadline:
+                time.sleep(0.01)
+                pids = children.read_text().split() if any((self.folder / "s.d").glob("case-*.part")) else []
         except OSError:
             p.kill()
             p.communicate()
@@ -307,7 +310,7 @@ class Sweep(unittest.TestCase):
         self.assertEqual(self.table()["cases/status"].tolist(), [0] * 5)
 
     def test_job_script(self):
-        self.write(self.LONG.replace("3 s", "400 s"))
+        self.write(self.LONG.replace("9 s", "400 s"))
         script = Path(os.environ["SOURCE_DIR"]) / "params/sweep.slurm"
         tools = self.folder / "bin"
         tools.mkdir()
