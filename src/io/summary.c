@@ -116,12 +116,17 @@ ry_status ry_result_summary(ry_result *result, const ry_summary *summary, const 
 /* Profiles are read in blocks of this many rows. */
 enum { BLOCK_ROWS = 256 };
 
-/* Adds rows to a sum, in the order in which they were made, however often the run was interrupted. */
-static void add_rows(double *total, int nz, const double *rows, int64_t n)
+#define COLUMN(name, unit, text) COLUMN_##name,
+enum { RY_LIST_profile(COLUMN) };
+#undef COLUMN
+
+/* Adds rows to a sum, times the rows of `weight` if there are any, in the order in which they were made, however often
+ * the run was interrupted. */
+static void add_rows(double *total, int nz, const double *rows, const double *weight, int64_t n)
 {
     for (int64_t row = 0; row < n; ++row) {
         for (int k = 0; k < nz; ++k) {
-            total[k] += rows[row * nz + k];
+            total[k] += rows[row * nz + k] * (weight != NULL ? weight[row * nz + k] : 1.0);
         }
     }
 }
@@ -148,20 +153,27 @@ static int find_first(hid_t file, double time, int64_t *first, int64_t *rows)
     return failed ? -1 : 0;
 }
 
-static int add_from_file(const ry_result *result, hid_t file, const char *element, double time,
-                         double *total, int64_t *count)
+static int read_block(hid_t file, const char *element, int64_t row, int64_t n, double *block)
 {
     char path[200];
-    int64_t first = 0, rows = 0;
     snprintf(path, sizeof path, "%s/value", element);
-    double *const block = ry_array((size_t)result->nz * BLOCK_ROWS, sizeof *block);
+    return ry_h5_read_rows(file, path, H5T_NATIVE_DOUBLE, (hsize_t)row, (hsize_t)n, block);
+}
+
+/* `weight`: the element whose rows weigh those of `element`; NULL: all weigh the same. */
+static int add_from_file(const ry_result *result, hid_t file, const char *element, const char *weight,
+                         double time, double *total, int64_t *count)
+{
+    int64_t first = 0, rows = 0;
+    const size_t size = (size_t)result->nz * BLOCK_ROWS;
+    double *const block = ry_array(2 * size, sizeof *block);
     int failed = block == NULL || find_first(file, time, &first, &rows) != 0;
     for (int64_t row = first; row < rows && !failed; row += BLOCK_ROWS) {
         const int64_t n = rows - row < BLOCK_ROWS ? rows - row : BLOCK_ROWS;
-        failed =
-            ry_h5_read_rows(file, path, H5T_NATIVE_DOUBLE, (hsize_t)row, (hsize_t)n, block) != 0;
+        failed = read_block(file, element, row, n, block) != 0 ||
+                 (weight != NULL && read_block(file, weight, row, n, block + size) != 0);
         if (!failed) {
-            add_rows(total, result->nz, block, n);
+            add_rows(total, result->nz, block, weight != NULL ? block + size : NULL, n);
             *count += n;
         }
     }
@@ -169,25 +181,32 @@ static int add_from_file(const ry_result *result, hid_t file, const char *elemen
     return failed ? -1 : 0;
 }
 
+/* The velocity of the grains is weighted by their volume: frames in which no grain is in a cell don't count there. */
 static double *mean_of_column(ry_result *result, hid_t file, int k, double time, int64_t *count)
 {
     const ry_table *const table = &result->profiles;
     const ry_table_column *const column = &table->column[k];
-    double *const total = result->mean + (size_t)k * (size_t)result->nz;
-    memset(total, 0, (size_t)result->nz * sizeof *total);
+    const ry_table_column *const weight = k == COLUMN_u_grain ? &table->column[COLUMN_phi] : NULL;
+    const int nz = result->nz;
+    double *const total = result->mean + (size_t)k * (size_t)nz;
+    memset(total, 0, (size_t)nz * sizeof *total);
     *count = 0;
-    if (file >= 0 && add_from_file(result, file, column->path, time, total, count) != 0) {
+    if (file >= 0 &&
+        add_from_file(result, file, column->path, weight != NULL ? weight->path : NULL, time, total, count) != 0) {
         *count = 0;
         return total;
     }
     for (int64_t row = 0; row < table->rows; ++row) {
         if (table->time[row] > time) {
-            add_rows(total, result->nz, (const double *)column->data + row * result->nz, 1);
+            add_rows(total, nz, (const double *)column->data + row * nz,
+                     weight != NULL ? (const double *)weight->data + row * nz : NULL, 1);
             ++*count;
         }
     }
-    for (int j = 0; j<result->nz && * count> 0; ++j) {
-        total[j] /= (double)*count;
+    const double *const phi = result->mean + (size_t)COLUMN_phi * (size_t)nz; /* done before */
+    for (int j = 0; j < nz && *count > 0; ++j) {
+        const double weights = weight != NULL ? phi[j] * (double)*count : (double)*count;
+        total[j] = weights > 0.0 ? total[j] / weights : 0.0;
     }
     return total;
 }
