@@ -26,17 +26,24 @@ _Static_assert(sizeof(ry_grains) == (1 + GRAIN_FIELDS) * sizeof(void *), "a fiel
 _Static_assert(sizeof(ry_contacts) == (3 + CONTACT_FIELDS) * sizeof(void *),
                "a field without a list");
 _Static_assert(sizeof(ry_column) == (3 + COLUMN_FIELDS) * sizeof(void *), "a field without a list");
-_Static_assert(sizeof(ry_ledger) == (1 + LEDGER_FIELDS) * sizeof(void *), "a field without a list");
+_Static_assert(sizeof(ry_ledger) == (2 + 2 * LEDGER_FIELDS) * sizeof(int64_t), "a field without a list");
 _Static_assert(sizeof(ry_state) == 2 * sizeof(int64_t) + sizeof(ry_grains) + sizeof(ry_contacts) +
                                        sizeof(ry_column) + sizeof(ry_ledger),
                "the state has a field that no checkpoint holds");
 
+enum { FORMAT = 2 }; /* of checkpoints; 1 had a ledger per grain */
+
 /* SCALAR(kind, name in the file, member) */
-#define SCALARS(SCALAR)                           \
+#define TOTAL(name, text)                                     \
+    SCALAR(integer, "ledger_" #name "_high", ledger.name.high) \
+    SCALAR(integer, "ledger_" #name "_low", ledger.name.low)
+#define SCALARS                                   \
     SCALAR(integer, "step", step)                 \
     SCALAR(number, "time", time)                  \
     SCALAR(number, "cell_height", column.dz)      \
     SCALAR(number, "bed_level", column.bed_level) \
+    SCALAR(integer, "ledger", ledger.kept)        \
+    RY_LEDGER_TOTALS(TOTAL)                       \
     SCALAR(number, "energy_start", ledger.energy_start)
 
 static hid_t type_double(void)
@@ -166,14 +173,6 @@ static int write_arrays(const ry_h5 *file, int slot, const ry_state *state)
     }
     RY_COLUMN_FIELDS(WRITE);
 #undef WRITE
-#define WRITE(field, text)                                                                        \
-    if (state->ledger.field != NULL &&                                                            \
-        write_by_id(file, join(slot, "ledger", #field).string, H5T_NATIVE_DOUBLE, &state->grains, \
-                    "J", state->ledger.field, sizeof(double)) != 0) {                             \
-        return -1;                                                                                \
-    }
-    RY_LEDGER_TOTALS(WRITE);
-#undef WRITE
     return 0;
 }
 
@@ -181,13 +180,13 @@ static int write_scalars(hid_t file, int slot, int64_t sequence, const ry_state 
                          uint64_t hash)
 {
     const char *const path = slot_path(slot);
-#define WRITE(kind, field, member)                                 \
+#define SCALAR(kind, field, member)                                \
     if (ry_h5_set_##kind(file, path, field, state->member) != 0) { \
         return -1;                                                 \
     }
-    SCALARS(WRITE);
-#undef WRITE
-    return ry_h5_set_integer(file, path, "format", RY_FILE_FORMAT) == 0 &&
+    SCALARS
+#undef SCALAR
+    return ry_h5_set_integer(file, path, "format", FORMAT) == 0 &&
                    ry_h5_set_integer(file, path, "sequence", sequence) == 0 &&
                    ry_h5_set_integer(file, path, "grains", state->grains.n) == 0 &&
                    ry_h5_set_integer(file, path, "contacts", state->contacts.n) == 0 &&
@@ -243,14 +242,6 @@ static int read_arrays(hid_t file, int slot, ry_state *state)
     }
     RY_COLUMN_FIELDS(READ);
 #undef READ
-#define READ(field, text)                                                                         \
-    if (state->ledger.field != NULL &&                                                            \
-        read_first(file, join(slot, "ledger", #field).string, H5T_NATIVE_DOUBLE, state->grains.n, \
-                   state->ledger.field) != 0) {                                                   \
-        return -1;                                                                                \
-    }
-    RY_LEDGER_TOTALS(READ);
-#undef READ
     return 0;
 }
 
@@ -259,15 +250,14 @@ static int read_size(hid_t file, int slot, ry_state *state)
 {
     const char *const path = slot_path(slot);
     int64_t format = 0, grains = -1, contacts = -1, cells = -1;
-    if (ry_h5_get_integer(file, path, "format", &format) != 0 || format != RY_FILE_FORMAT ||
+    if (ry_h5_get_integer(file, path, "format", &format) != 0 || format != FORMAT ||
         ry_h5_get_integer(file, path, "grains", &grains) != 0 ||
         ry_h5_get_integer(file, path, "contacts", &contacts) != 0 ||
         ry_h5_get_integer(file, path, "cells", &cells) != 0 || grains < 0 || grains > INT32_MAX ||
         contacts < 0 || cells < 0 || cells > INT32_MAX) {
         return -1;
     }
-    const int ledger = ry_h5_exists(file, join(slot, "ledger", "fluid_work").string);
-    if (ry_state_create(state, (int32_t)grains, (int32_t)cells, ledger, NULL) != RY_OK) {
+    if (ry_state_create(state, (int32_t)grains, (int32_t)cells, 0, NULL) != RY_OK) {
         return -1;
     }
     state->contacts.is_wet = ry_h5_exists(file, join(slot, "contacts", "wet").string);
@@ -281,12 +271,12 @@ static int read_size(hid_t file, int slot, ry_state *state)
 static int read_scalars(hid_t file, int slot, ry_state *state, uint64_t *hash)
 {
     const char *const path = slot_path(slot);
-#define READ(kind, field, member)                                   \
+#define SCALAR(kind, field, member)                                 \
     if (ry_h5_get_##kind(file, path, field, &state->member) != 0) { \
         return -1;                                                  \
     }
-    SCALARS(READ);
-#undef READ
+    SCALARS
+#undef SCALAR
     const hid_t attribute = H5Aopen_by_name(file, path, "hash", H5P_DEFAULT, H5P_DEFAULT);
     const int read = attribute >= 0 ? H5Aread(attribute, H5T_NATIVE_UINT64, hash) : -1;
     H5Aclose(attribute);

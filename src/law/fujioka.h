@@ -93,7 +93,7 @@ RY_INLINE ry_push ry_law_fujioka1(const ry_bond q, const ry_touch t)
     const double close = kept > t.d ? -kept : -(q.a * stretch + root) / (1.0 + q.a);
     const double rebound = ry_fujioka_rebound(q.a, stretch, t.w);
     const int lets_go = is_new & (t.w <= 0.0);
-    ry_push p = {0};
+    ry_push p = {.held = -1.0};
     p.f = lets_go ? 0.0 : (closing ? close : rebound) - t.w;
     p.rest = rest;
     p.impact = (closing & !lets_go) ? 0.5 * (1.0 - q.e * q.e) * t.w * t.w : 0.0;

@@ -90,6 +90,7 @@ static void fill_motion(ry_motion *m, const ry_config *config, const ry_grains *
 static ry_status run_neighbor(ry_plan *plan, ry_state *state, ry_error *error)
 {
     if (plan->must_rebuild) {
+        ry_contact_close(&plan->contact, &state->grains, &plan->pairs);
         RY_TRY(ry_neighbor_rebuild(&plan->neighbor, &state->grains, &plan->pairs, error));
         plan->must_rebuild = 0;
     }
@@ -145,7 +146,7 @@ static ry_status run_integrate(ry_plan *plan, ry_state *state, ry_error *error)
 {
     (void)error;
     const ry_neighbor *const b = &plan->neighbor;
-    plan->must_rebuild = ry_motion_integrate(&plan->motion, &state->grains, b->x0, b->z0, b->limit2);
+    plan->must_rebuild = ry_motion_integrate(&plan->motion, &state->grains, b->x0, b->z0, b->limit2, &state->ledger);
     return RY_OK;
 }
 
@@ -185,9 +186,8 @@ static void lay_table(ry_plan *plan, const ry_config *config)
     if (plan->has_profile) {
         add_stage(plan, "tally", "contact stress", "impulses", "impulse since the last sample", run_tally);
     }
-    if (plan->has_ledger) {
-        add_stage(plan, "ledger", plan->has_fluid ? "dashpots, friction, fluid" : "dashpots, friction",
-                  "impulses, grains", "losses and work per grain", run_ledger);
+    if (plan->has_ledger && ry_contact_select_young((int)config->contact_law, RY_CONTACT_LEDGER) != NULL) {
+        add_stage(plan, "ledger", "impacts", "impulses, grains", "their losses", run_ledger);
     }
     add_stage(plan, "integrate", "kick, drift", "impulses, gravity + fluid", "velocities, positions", run_integrate);
 }
@@ -281,6 +281,33 @@ ry_film ry_plan_film(const ry_config *config, const ry_derived *derived)
                      .per_mu = 1.0 / (6.0 * M_PI * config->fluid_density * config->fluid_viscosity)};
 }
 
+/* No contact loses more in a step, and no grain gets more, than that of the heaviest grain when it moves by two
+ * diameters in it: half of that is not physical any more. */
+static ry_scale ledger_scale(const ry_motion *m, const ry_grains *g)
+{
+    double largest = 1e-300;
+    for (int32_t k = 0; k < g->n; k++) {
+        const double speed = 4.0 * g->radius[k] / m->dt;
+        largest = m->im[k] > 0.0 ? fmax(largest, 0.5 * speed * speed / m->im[k]) : largest;
+    }
+    return ry_scale_make(largest);
+}
+
+static ry_status set_books(ry_plan *plan, ry_state *state, ry_error *error)
+{
+    ry_contact *const c = &plan->contact;
+    plan->scale = ledger_scale(&plan->motion, &state->grains);
+    plan->motion.books = plan->has_ledger;
+    plan->motion.scale = c->scale = plan->scale;
+    if (!plan->has_ledger) {
+        return RY_OK;
+    }
+    c->ledger = &state->ledger;
+    c->close = ry_contact_select_close(c->features);
+    c->books = ry_array((size_t)plan->threads + 1, sizeof *c->books);
+    return c->books != NULL ? RY_OK : ry_no_memory(error, (size_t)plan->threads * sizeof *c->books);
+}
+
 static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *state)
 {
     ry_contact *const c = &plan->contact;
@@ -306,8 +333,6 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     }
     c->im = m->im;
     c->tm_grain = m->tm;
-    c->loss_impact = state->ledger.loss_impact;
-    c->loss_opening = state->ledger.loss_opening;
     int32_t first = -1; /* of those that can move, by id: no bit may depend on the order in memory */
     for (int32_t k = 0; k < state->grains.n; k++) {
         if (m->im[k] != 0.0 && (first < 0 || state->grains.id[k] < state->grains.id[first])) {
@@ -351,7 +376,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     set_features(plan, config, 0);
     set_walls(plan, config);
     ry_motion *const m = &plan->motion;
-    RY_TRY(ry_motion_create(m, g->n, m->moves, plan->has_ledger, error));
+    RY_TRY(ry_motion_create(m, g->n, m->moves, error));
     m->threads = plan->threads;
     m->periodic = config->domain_periodic;
     m->length = plan->derived.length;
@@ -360,6 +385,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     ry_motion_settle(m, g);
     set_features(plan, config, grains_differ(g, m->im));
     set_contact(plan, config, state);
+    RY_TRY(set_books(plan, state, error));
 
     ry_neighbor *const b = &plan->neighbor;
     b->length = plan->derived.length;
@@ -397,6 +423,7 @@ void ry_plan_free(ry_plan *plan)
     ry_flow_free(&plan->flow);
     ry_measure_free(&plan->measure);
     free(plan->tau_fluid);
+    free(plan->contact.books);
     *plan = (ry_plan){0};
 }
 

@@ -43,6 +43,7 @@ struct ry_plan {
     double *tau_fluid; /* nz, scratch of measuring [Pa] */
     int n_stages;
     ry_stage stage[RY_MOST_STAGES];
+    ry_scale scale; /* of the ledger */
     char contact_kernel[80], flow_kernel[80];
 };
 

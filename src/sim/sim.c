@@ -51,12 +51,7 @@ static ry_status copy_state(ry_state *to, const ry_state *from, ry_error *error)
         RY_COLUMN_FIELDS(RY_COLUMN_COPY)
     }
 #undef RY_COLUMN_COPY
-    to->ledger.energy_start = from->ledger.energy_start;
-#define RY_LEDGER_COPY(name, text) memcpy(to->ledger.name, from->ledger.name, n * sizeof(double));
-    if (from->ledger.loss_impact != NULL) {
-        RY_LEDGER_TOTALS(RY_LEDGER_COPY)
-    }
-#undef RY_LEDGER_COPY
+    to->ledger = from->ledger;
     return copy_contacts(&to->contacts, &from->contacts, error);
 }
 
@@ -85,7 +80,7 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
     }
     ry_key *const keys = ry_array((size_t)g->n, sizeof *keys);
     ry_state copy = {0};
-    if (keys == NULL || ry_state_create(&copy, g->n, 0, state->ledger.loss_impact != NULL, error) != RY_OK) {
+    if (keys == NULL || ry_state_create(&copy, g->n, 0, 0, error) != RY_OK) {
         free(keys);
         return ry_no_memory(error, (size_t)g->n * sizeof *keys);
     }
@@ -100,19 +95,10 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
 #define RY_GRAIN_MOVE(type, name, unit, text) copy.grains.name[k] = g->name[keys[k].id];
         RY_GRAIN_FIELDS(RY_GRAIN_MOVE)
 #undef RY_GRAIN_MOVE
-#define RY_LEDGER_MOVE(name, text) copy.ledger.name[k] = state->ledger.name[keys[k].id];
-        if (copy.ledger.loss_impact != NULL) {
-            RY_LEDGER_TOTALS(RY_LEDGER_MOVE)
-        }
-#undef RY_LEDGER_MOVE
     }
     const ry_grains grains = state->grains;
-    ry_ledger ledger = state->ledger;
-    copy.ledger.energy_start = ledger.energy_start;
     state->grains = copy.grains;
-    state->ledger = copy.ledger;
     copy.grains = grains;
-    copy.ledger = ledger;
     ry_state_free(&copy);
     free(keys);
     return RY_OK;
@@ -133,8 +119,7 @@ static ry_status set_up(ry_sim *sim, int threads, ry_error *error)
     RY_TRY(ry_plan_create(&sim->plan, &sim->config, &sim->state, threads, error));
     sim->keeps_good = state->grains.n <= MOST_TO_KEEP;
     if (sim->keeps_good) {
-        RY_TRY(ry_state_create(&sim->good, state->grains.n, state->column.nz,
-                               state->ledger.loss_impact != NULL, error));
+        RY_TRY(ry_state_create(&sim->good, state->grains.n, state->column.nz, 0, error));
     }
     if (is_new) {
         const ry_sample first = ry_sim_sample(sim);
@@ -270,6 +255,7 @@ ry_view ry_sim_view(const ry_sim *sim)
 ry_status ry_sim_collect(ry_sim *sim, ry_error *error)
 {
     complete_column(sim);
+    ry_contact_close(&sim->plan.contact, &sim->state.grains, &sim->plan.pairs);
     return ry_pairs_export(&sim->plan.pairs, &sim->state, error);
 }
 
@@ -278,15 +264,14 @@ unsigned long long ry_sim_hash(ry_sim *sim)
     return ry_sim_collect(sim, NULL) == RY_OK ? ry_state_hash(&sim->state) : 0;
 }
 
-static void sample_ledger(const ry_sim *sim, ry_sample *s)
+static void sample_ledger(ry_sim *sim, ry_sample *s)
 {
     const ry_ledger *const ledger = &sim->state.ledger;
-    const int32_t *const place = sim->plan.pairs.place;
-    const int32_t n = sim->state.grains.n;
-    if (ledger->loss_impact == NULL) {
+    if (!ledger->kept) {
         return;
     }
-#define RY_LEDGER_SUM(name, text) s->name = ry_measure_total(ledger->name, place, n);
+    ry_contact_close(&sim->plan.contact, &sim->state.grains, &sim->plan.pairs);
+#define RY_LEDGER_SUM(name, text) s->name = ry_exact_value(ledger->name, sim->plan.scale);
     RY_LEDGER_TOTALS(RY_LEDGER_SUM)
 #undef RY_LEDGER_SUM
     const double lost = s->loss_impact + s->loss_dashpot + s->loss_friction + s->loss_opening;

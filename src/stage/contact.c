@@ -151,7 +151,7 @@ static void fetch_run(ry_pairs *pairs, int32_t first, int32_t n, ry_near *near)
     near->rest = pairs->rest != NULL ? pairs->rest + first : near->spare[0]; /* which nobody reads */
     near->wet = pairs->wet != NULL ? pairs->wet + first : NULL;
 #define RY_TOUCH_AT(name, unit, text) near->t_##name = pairs->t_##name + first;
-    if (pairs->t_run != NULL) {
+    if (pairs->t_nx != NULL) {
         RY_TOUCH_FIELDS(RY_TOUCH_AT)
     }
 #undef RY_TOUCH_AT
@@ -185,6 +185,11 @@ static void fetch_list(ry_pairs *pairs, int32_t n, ry_near *near)
     for (int32_t k = 0; near->wet != NULL && k < near->n_padded; k++) {
         near->wet[k] = pairs->wet[pair[k]];
     }
+#define RY_TOUCH_FETCH(name, unit, text) near->t_##name[k] = pairs->t_##name[pair[k]];
+    for (int32_t k = 0; pairs->t_nx != NULL && k < near->n_padded; k++) {
+        RY_TOUCH_FIELDS(RY_TOUCH_FETCH)
+    }
+#undef RY_TOUCH_FETCH
 }
 
 /* ---- a block: put away ---------------------------------------------------------------------- */
@@ -241,8 +246,7 @@ static void put_list(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
 
 /* ---- all pairs ------------------------------------------------------------------------------ */
 
-/* Books what the contacts that have opened still hold. Chunks end where the pairs of an owner end, so no other
- * thread books for the same grain. */
+/* Books what the contacts that have opened still hold. */
 static void book_openings(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t first,
                           const ry_near *near)
 {
@@ -254,15 +258,8 @@ static void book_openings(const ry_contact *c, const ry_grains *g, const ry_pair
     for (int32_t m = 0; m < n; m++) {
         const int32_t k = opened[m], i = near->i[k];
         const ry_gap gap = {near->dx[k], near->dz[k], near->distance[k]};
-        c->loss_opening[i] +=
-            tangential_energy(c, g, pairs, first + k, gap, ry_contact_bond(c, i, near->j[k]).stretch);
-    }
-}
-
-static void book_impacts(const ry_contact *c, const ry_near *near)
-{
-    for (int32_t k = 0; k < near->n; k++) {
-        c->loss_impact[near->i[k]] += near->impact[k];
+        const double stretch = ry_contact_bond(c, i, near->j[k]).stretch;
+        ry_exact_put(&near->books->loss_opening, c->scale, tangential_energy(c, g, pairs, first + k, gap, stretch));
     }
 }
 
@@ -277,7 +274,8 @@ static int32_t list_young(const uint8_t *age, int32_t first, int32_t n, int32_t 
     return found;
 }
 
-static void push_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t n,
+/* Returns whether the block is worked on in place. */
+static int fetch_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t n,
                        ry_near *near)
 {
     const int32_t end = first + n;
@@ -291,6 +289,13 @@ static void push_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
         fetch_list(pairs, n, near);
     }
     fetch_geometry(c, g, near);
+    return whole;
+}
+
+static void push_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t n,
+                       ry_near *near)
+{
+    const int whole = fetch_block(c, g, pairs, first, n, near);
     if (near->opens && (c->features & RY_CONTACT_LEDGER) && (c->features & RY_CONTACT_FRICTION)) {
         book_openings(c, g, pairs, first, near);
     }
@@ -299,9 +304,6 @@ static void push_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
     }
     near->own = c->film.on ? near->wet : c->dry;
     c->kernel(c, near);
-    if (c->features & RY_CONTACT_LEDGER && c->young == NULL) { /* else the ledger takes it from the work */
-        book_impacts(c, near);
-    }
     if (whole) {
         put_run(c, pairs, first, near);
     } else {
@@ -309,11 +311,13 @@ static void push_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
     }
 }
 
-/* The pairs first .. end-1. Returns how many contacts are young, listed from place `first` on. */
-static int32_t push_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t end)
+/* The pairs first .. end-1, of a chunk. Returns how many contacts are young, listed from place `first` on. */
+static int32_t push_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t end,
+                          int32_t chunk)
 {
     ry_near near;
     int32_t young = 0;
+    near.books = c->books + chunk;
     for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
         const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
         push_block(c, g, pairs, p, n, &near);
@@ -383,11 +387,13 @@ static void fetch_crowds(const ry_contact *c, const ry_pairs *pairs, ry_near *ne
     }
 }
 
-static void push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t from, int32_t n)
+static void push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t from, int32_t n,
+                       int32_t chunk)
 {
     const int32_t *const young = pairs->young + from;
     uint8_t *const young_age = pairs->young_age + from;
     ry_near near;
+    near.books = c->books + chunk;
     for (int32_t at = 0; at < n; at += RY_CONTACT_BLOCK) {
         const int32_t count = n - at < RY_CONTACT_BLOCK ? n - at : RY_CONTACT_BLOCK;
         memcpy(near.list[0], young + at, (size_t)count * sizeof *young);
@@ -401,6 +407,10 @@ static void push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
             near.age[k] = pairs->age[young[at + k]];
         }
         put_list(c, pairs, &near);
+        if (c->features & RY_CONTACT_LEDGER) {
+            memcpy(pairs->young_jn + from + at, near.jn, (size_t)count * sizeof *near.jn);
+            memcpy(pairs->young_en + from + at, near.en, (size_t)count * sizeof *near.en);
+        }
     }
 }
 
@@ -425,7 +435,7 @@ static void push_chunks(void *context, int32_t begin, int32_t end, int thread)
     ry_pairs *const pairs = t->pairs;
     (void)thread;
     for (int32_t k = begin; k < end; k++) {
-        pairs->n_young[k] = push_range(t->contact, t->grains, pairs, pairs->chunk[k], pairs->chunk[k + 1]);
+        pairs->n_young[k] = push_range(t->contact, t->grains, pairs, pairs->chunk[k], pairs->chunk[k + 1], k);
     }
 }
 
@@ -435,7 +445,18 @@ static void push_young_chunks(void *context, int32_t begin, int32_t end, int thr
     (void)thread;
     for (int32_t k = begin; k < end; k++) {
         const int32_t first = t->pairs->chunk[k];
-        push_young(t->contact, t->grains, t->pairs, first, t->pairs->n_young[k]);
+        push_young(t->contact, t->grains, t->pairs, first, t->pairs->n_young[k], k);
+    }
+}
+
+/* What the threads have booked goes to the ledger: in any order, the sums are exact. */
+static void join_books(const ry_contact *c, int32_t n_chunks)
+{
+    for (int32_t k = 0; c->books != NULL && k <= n_chunks; k++) {
+#define RY_LEDGER_JOIN(name, text) ry_exact_join(&c->ledger->name, c->books[k].name);
+        RY_LEDGER_TOTALS(RY_LEDGER_JOIN)
+#undef RY_LEDGER_JOIN
+        c->books[k] = (ry_ledger){0};
     }
 }
 
@@ -443,15 +464,57 @@ void ry_contact_stage(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
 {
     ry_contact_task task = {c, g, pairs};
     ry_parallel(c->threads, pairs->n_chunks, push_chunks, &task);
-    const int32_t at_walls = push_range(c, g, pairs, pairs->n_inner, pairs->n);
+    const int32_t n_chunks = pairs->n_chunks;
+    const int32_t at_walls = push_range(c, g, pairs, pairs->n_inner, pairs->n, n_chunks);
+    pairs->n_young[n_chunks] = at_walls;
     if (c->young != NULL) {
-        ry_parallel(c->threads, pairs->n_chunks, push_young_chunks, &task);
-        push_young(c, g, pairs, pairs->n_inner, at_walls);
+        ry_parallel(c->threads, n_chunks, push_young_chunks, &task);
+        push_young(c, g, pairs, pairs->n_inner, at_walls, n_chunks);
         for (int32_t k = 0; k < pairs->n_chunks; k++) {
             put_ages(pairs, pairs->chunk[k], pairs->n_young[k]);
         }
         put_ages(pairs, pairs->n_inner, at_walls);
     }
+    join_books(c, n_chunks);
+}
+
+/* ---- the books ------------------------------------------------------------------------------ */
+
+static void close_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t end,
+                        int32_t chunk)
+{
+    ry_near near;
+    near.books = c->books + chunk;
+    for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
+        const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
+        fetch_block(c, g, pairs, p, n, &near);
+        c->close(c, &near);
+        for (int32_t k = p; k < p + n; k++) { /* those that were copied, too */
+            pairs->t_jn[k] = pairs->t_jt[k] = 0.0;
+            pairs->t_kt[k] = -1.0;
+        }
+    }
+}
+
+static void close_chunks(void *context, int32_t begin, int32_t end, int thread)
+{
+    const ry_contact_task *const t = context;
+    const int32_t *const chunk = t->pairs->chunk;
+    (void)thread;
+    for (int32_t k = begin; k < end; k++) {
+        close_range(t->contact, t->grains, t->pairs, chunk[k], chunk[k + 1], k);
+    }
+}
+
+void ry_contact_close(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
+{
+    if (c->books == NULL) {
+        return;
+    }
+    ry_contact_task task = {c, g, pairs};
+    ry_parallel(c->threads, pairs->n_chunks, close_chunks, &task);
+    close_range(c, g, pairs, pairs->n_inner, pairs->n, pairs->n_chunks);
+    join_books(c, pairs->n_chunks);
 }
 
 /* ---- measuring ------------------------------------------------------------------------------ */

@@ -16,7 +16,7 @@
 enum {
     RY_CONTACT_FRICTION = 1, /* tangential force */
     RY_CONTACT_SIZES = 2,    /* grains of different mass: coefficients are made per pair */
-    RY_CONTACT_LEDGER = 4,   /* losses are booked; the rest of that is stage/ledger.c */
+    RY_CONTACT_LEDGER = 4,   /* losses are booked, those of impacts by stage/ledger.c */
     RY_CONTACT_STAMPS = 8
 };
 
@@ -44,7 +44,8 @@ typedef struct ry_near {
     double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK]; /* a slot of ry_pairs */
     double pt[RY_CONTACT_BLOCK], mark[RY_CONTACT_BLOCK];
     double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK]; /* as in ry_pairs */
-    double impact[RY_CONTACT_BLOCK]; /* lost [J] */
+    double jn[RY_CONTACT_BLOCK], en[RY_CONTACT_BLOCK]; /* of young contacts, as in ry_pairs; with ledger */
+    ry_ledger *books; /* what the pairs lose is added to */
 #define RY_TOUCH_NEAR(name, unit, text) double *t_##name; /* as slip */
     RY_TOUCH_FIELDS(RY_TOUCH_NEAR)
 #undef RY_TOUCH_NEAR
@@ -85,12 +86,16 @@ struct ry_contact {
     int explicit_spring; /* normal spring: its kick precedes the drift; all but the laws of Fujioka & Ushijima */
     const double *im; /* inverse masses, walls included: 0 [1/kg] */
     const double *tm_grain; /* im + r^2/I [1/kg] */
-    double *loss_impact, *loss_opening; /* per grain; with ledger [J] */
+    ry_scale scale; /* of the ledger */
+    ry_ledger *books; /* of each thread, n_chunks + 1, empty between steps; NULL without ledger */
+    ry_ledger *ledger; /* of the state */
+    ry_contact_fn *close;
 };
 
 /* The kernels of a law (the order of ryusa/config.h) with RY_CONTACT_ features, and its name. */
 ry_contact_fn *ry_contact_select(int law, int features);
 ry_contact_fn *ry_contact_select_young(int law, int features);
+ry_contact_fn *ry_contact_select_close(int features); /* with RY_CONTACT_LEDGER, see ry_contact_close */
 const char *ry_contact_law_name(int law);
 int ry_contact_law_moves(int law);
 
@@ -112,6 +117,10 @@ typedef struct ry_contact_depth {
 ry_contact_depth ry_contact_deepest(const ry_contact *contact, const ry_grains *grains, const ry_pairs *pairs);
 
 void ry_contact_stage(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
+
+/* Books what is left of the last step, which the next would do in passing: before somebody reads the ledger or the
+ * list is made anew. Makes no difference to any later bit. */
+void ry_contact_close(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
 
 /* For measuring. */
 typedef struct ry_contact_sums {

@@ -16,8 +16,9 @@
 typedef ry_push ry_law_fn(const ry_bond q, const ry_touch t);
 
 /* Which of the touching pairs a stamp is for. Laws that tell impacts from enduring contacts do the enduring
- * ones first; the young ones then know how crowded their grains are. */
-enum { EVERY, ENDURING, YOUNG };
+ * ones first; the young ones then know how crowded their grains are. CLOSING moves nothing: it books what the
+ * last step has left. */
+enum { EVERY, ENDURING, YOUNG, CLOSING };
 
 RY_INLINE ry_bond pick_bond(const ry_bond pair, const ry_bond lone, int alone)
 {
@@ -32,6 +33,40 @@ RY_INLINE ry_bond pick_bond(const ry_bond pair, const ry_bond lone, int alone)
     return b;
 }
 
+/* ---- the ledger ----------------------------------------------------------------------------- */
+
+/* What a contact loses in one of the two halves of a step: dashpots to the one, sliding to the other row. */
+typedef struct ry_loss {
+    double dashpot, friction; /* [J] */
+} ry_loss;
+
+/* Work is impulse times the mean of the velocities before and after the step, so half of it is booked with the
+ * one, and half, when they are there, with the other: w_n, w_t are either, along the normal and the tangent of the
+ * impulses jn, jt. Of what friction takes the spring keeps the difference of `held`, its energy before and after,
+ * both at the time of the velocities (ry_contact_measure). kt >= 0: the contact slides. */
+RY_INLINE ry_loss half_loss(double jn, double jt, double kt, double w_n, double w_t, double held, double half_per_dt)
+{
+    const double normal = -half_per_dt * jn * w_n, along = -half_per_dt * jt * w_t;
+    const int slides = kt >= 0.0;
+    return (ry_loss){normal + (slides ? 0.0 : along), slides ? along + held : 0.0};
+}
+
+RY_INLINE double spring_energy(double kt, double slip, double run)
+{
+    return 0.5 * kt * ry_max(slip * (slip - run), 0.0);
+}
+
+/* ---- the loop ------------------------------------------------------------------------------- */
+
+/* A term of one of the sums of the ledger (base/exact.h). */
+#define SUM(row, term)                                                     \
+    {                                                                      \
+        const double all = k < n_own ? (term) : 0.0;                       \
+        const double high = ry_exact_high(all, scale);                     \
+        row += high;                                                       \
+        row##_low += ry_exact_low(all, high, scale);                       \
+    }
+
 /* Normal n from i to j; tangent t = (n_z, -n_x), along which a positive spin of either grain moves
  * its side of the contact; the contact point divides the distance like the radii, so that the lever
  * arms add up to it and angular momentum is kept. */
@@ -44,8 +79,11 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
     const int32_t *const pair_i = near->i, *const pair_j = near->j;
     double *const rests = near->rest, *const slips = near->slip;
     double *const t_nx = near->t_nx, *const t_nz = near->t_nz, *const t_lever = near->t_lever;
-    double *const t_run = near->t_run, *const t_jn = near->t_jn, *const t_en = near->t_en;
-    double *const t_jt = near->t_jt, *const t_et = near->t_et, *const t_kt = near->t_kt;
+    double *const t_jn = near->t_jn, *const t_jt = near->t_jt, *const t_kt = near->t_kt;
+    const ry_scale scale = c->scale;
+    const double half_per_dt = 0.5 / dt;
+    const int32_t n_own = near->n; /* beyond, pairs are there twice */
+    double dashpot = 0.0, dashpot_low = 0.0, friction = 0.0, friction_low = 0.0, impact = 0.0, impact_low = 0.0;
     ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
     const double *const own = near->own;
     if (!ratio) { /* known when compiled: the root of ry_bond_damped goes */
@@ -53,7 +91,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
     }
     const ry_bond pair = c->bond[0], lone = c->bond[1];
     const double tm_pair = c->tm[0], tm_lone = c->tm[1], im_between = 1.5 * c->im_lone;
-#pragma omp simd
+#pragma omp simd reduction(+ : dashpot, dashpot_low, friction, friction_low, impact, impact_low)
     for (int32_t k = 0; k < n; k++) {
         const double distance = near->distance[k], sum = near->radii[k], ims = near->im[k];
         const double ux = near->dvx[k] * back, uz = near->dvz[k] * back;
@@ -76,6 +114,25 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const double nx = near->dx[k] * inverse, nz = near->dz[k] * inverse;
         const double per_ims = per_dt * (distance * tms * sum * per_all);
         const double per_tms = per_dt * (distance * ims * sum * per_all);
+        const double across_all = ux * nz - uz * nx;
+        ry_loss left = {0.0, 0.0}, now = {0.0, 0.0};
+        if ((features & RY_CONTACT_LEDGER) && which != YOUNG) {
+            double run = 0.0, run_before = 0.0;
+            if (features & RY_CONTACT_FRICTION) {
+                const double turn = near->turn[k] * dt;
+                run = across_all + turn * (distance * distance * (ims * tms * per_all));
+                run_before = ux * t_nz[k] - uz * t_nx[k] + turn * t_lever[k];
+            }
+            left = half_loss(t_jn[k], t_jt[k], t_kt[k], ux * t_nx[k] + uz * t_nz[k], run_before,
+                              -spring_energy(t_kt[k], slip_before + run, run), half_per_dt);
+        }
+        if (which == CLOSING) {
+            t_jn[k] = t_jt[k] = 0.0;
+            t_kt[k] = -1.0;
+            SUM(dashpot, left.dashpot)
+            SUM(friction, left.friction)
+            continue;
+        }
         ry_touch t;
         t.d = sum - distance;
         t.w = ux * nx + uz * nz;
@@ -87,7 +144,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const ry_push p = law(bond, t);
         const double normal = p.f * per_ims;
         double px = normal * nx, pz = normal * nz, pt = 0.0;
-        double across = ux * nz - uz * nx;
+        double across = across_all;
         if (features & RY_CONTACT_FRICTION) {
             const double lever = distance * distance * (ims * tms * per_all);
             const double w_t = across + near->turn[k] * (dt * lever);
@@ -103,15 +160,12 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             if (features & RY_CONTACT_LEDGER) {
                 const double kt = p.rough > 0.0 ? 0.0 : bond.stretch * per_tms * per_dt;
                 const double damped = p.rough > 0.0 ? along : -bond.drag * w_t * per_tms;
-                t_lever[k] = lever;
-                t_run[k] = w_t;
-                t_jt[k] = mine ? (s.slides ? along : damped) : 0.0;
-                t_et[k] = (mine & s.slides) ? 0.5 * kt * ry_max(slip * (slip - w_t), 0.0) : -1.0;
-                t_kt[k] = mine ? kt : 0.0;
+                const double jt = mine ? (s.slides ? along : damped) : 0.0;
+                t_lever[k] = mine ? lever : 0.0;
+                t_jt[k] = jt;
+                t_kt[k] = (mine & s.slides) ? kt : -1.0;
+                now = half_loss(0.0, jt, t_kt[k], 0.0, w_t, spring_energy(kt, slip, w_t), half_per_dt);
             }
-        } else if (features & RY_CONTACT_LEDGER) {
-            t_lever[k] = t_run[k] = t_jt[k] = t_kt[k] = 0.0;
-            t_et[k] = -1.0;
         }
         if (moves) { /* moving the grains apart would change r x v: take that out of v */
             const int alone = (im[pair_i[k]] == 0.0) | (im[pair_j[k]] == 0.0);
@@ -122,12 +176,23 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             near->sz[k] = mine ? p.shift * nz * (dt * per_ims) : 0.0;
         }
         if (features & RY_CONTACT_LEDGER) {
-            const int held = mine & (p.held >= 0.0);
-            near->impact[k] = mine & !held ? p.impact * per_ims * per_dt : 0.0;
-            t_en[k] = held ? p.held * per_ims * per_dt : -1.0;
-            t_nx[k] = nx;
-            t_nz[k] = nz;
-            t_jn[k] = mine ? (held ? normal : p.dashpot * per_ims) : 0.0;
+            const double jn = mine ? p.dashpot * per_ims : 0.0;
+            t_nx[k] = mine ? nx : 0.0; /* 0 x not a number of pairs that fill the list up would stay */
+            t_nz[k] = mine ? nz : 0.0;
+            t_jn[k] = jn;
+            now.dashpot += -half_per_dt * jn * t.w;
+            if (which == YOUNG) { /* the ledger takes its loss from the work that is really done */
+                near->jn[k] = normal;
+                near->en[k] = p.held >= 0.0 ? p.held * per_ims * per_dt : -1.0;
+            } else {
+                SUM(dashpot, left.dashpot)
+                SUM(friction, left.friction)
+            }
+            if (which == EVERY) {
+                SUM(impact, mine ? p.impact * per_ims * per_dt : 0.0)
+            }
+            SUM(dashpot, now.dashpot)
+            SUM(friction, now.friction)
         }
         near->px[k] = mine ? px : 0.0;
         near->pz[k] = mine ? pz : 0.0;
@@ -151,12 +216,19 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         near->age[k] = touches ? age : 0.0;
         near->mark[k] = mark;
     }
+    if (features & RY_CONTACT_LEDGER) {
+        ry_exact_add(&near->books->loss_dashpot, scale, dashpot, dashpot_low);
+        ry_exact_add(&near->books->loss_friction, scale, friction, friction_low);
+        if (which == EVERY) {
+            ry_exact_add(&near->books->loss_impact, scale, impact, impact_low);
+        }
+    }
 }
 
 #define STAMP(name, function, which, moves, ratio, f)                                          \
     RY_CLONES static void name##_##f(const ry_contact *c, ry_near *near)                       \
     {                                                                                          \
-        contact_body(c, near, ry_law_##function, which, moves, ratio, f);                      \
+        contact_body(c, near, function, which, moves, ratio, f);                      \
     }
 #define STAMPS(name, function, which, moves, ratio)                                                     \
     STAMP(name, function, which, moves, ratio, 0) STAMP(name, function, which, moves, ratio, 1)         \
@@ -165,12 +237,24 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
     STAMP(name, function, which, moves, ratio, 6) STAMP(name, function, which, moves, ratio, 7)
 #define ALL(name) {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7}
 
-#define FIRST_0(name, moves, ratio) STAMPS(first_##name, name, EVERY, moves, ratio)
-#define FIRST_1(name, moves, ratio) STAMPS(first_##name, name##_enduring, ENDURING, moves, ratio)
+#define FIRST_0(name, moves, ratio) STAMPS(first_##name, ry_law_##name, EVERY, moves, ratio)
+#define FIRST_1(name, moves, ratio) STAMPS(first_##name, ry_law_##name##_enduring, ENDURING, moves, ratio)
 #define THEN_0(name, moves, ratio)
-#define THEN_1(name, moves, ratio) STAMPS(young_##name, name, YOUNG, moves, ratio)
+#define THEN_1(name, moves, ratio) STAMPS(young_##name, ry_law_##name, YOUNG, moves, ratio)
 #define YOUNG_0(name) {NULL}
 #define YOUNG_1(name) ALL(young_##name)
+
+/* The books are closed alike for all laws. */
+RY_INLINE ry_push no_law(const ry_bond q, const ry_touch t)
+{
+    (void)q;
+    (void)t;
+    return (ry_push){0};
+}
+STAMP(close, no_law, CLOSING, 0, 0, 4)
+STAMP(close, no_law, CLOSING, 0, 0, 5)
+STAMP(close, no_law, CLOSING, 0, 0, 6)
+STAMP(close, no_law, CLOSING, 0, 0, 7)
 
 #define RY_LAW(name, law, moves, ratio, parts, rests, letter, source) \
     FIRST_##parts(name, moves, ratio) THEN_##parts(name, moves, ratio)
@@ -196,6 +280,12 @@ ry_contact_fn *ry_contact_select(int law, int features)
 ry_contact_fn *ry_contact_select_young(int law, int features)
 {
     return laws[law].young[features];
+}
+
+ry_contact_fn *ry_contact_select_close(int features)
+{
+    static ry_contact_fn *const kernels[RY_CONTACT_STAMPS] = {NULL, NULL, NULL, NULL, close_4, close_5, close_6, close_7};
+    return kernels[features];
 }
 
 const char *ry_contact_law_name(int law)

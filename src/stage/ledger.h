@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * The energy ledger: what dashpots and friction take and what the fluid gives in a step. Work is impulse
- * times the mean of the velocities before and after the kick, with all forces on both grains in it:
- * exact for the kinetic energy. Runs after gather, before integrate. */
+ * The energy ledger. Work is impulse times the mean of the velocities before and after the kick, with all forces on
+ * both grains in it: exact for the kinetic energy. The pair loop books what dashpots and friction take, integrate
+ * what the fluid gives; here are the impacts of laws that balance their energy, few at a time. Runs after gather,
+ * before integrate. */
 #ifndef RY_STAGE_LEDGER_H
 #define RY_STAGE_LEDGER_H
 

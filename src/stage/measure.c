@@ -273,17 +273,3 @@ ry_measure_sums ry_measure_grains(const ry_state *state, const ry_motion *motion
     }
     return sums;
 }
-
-double ry_measure_total(const double *values, const int32_t *place, int32_t n)
-{
-    double total = 0.0;
-    for (int32_t first = 0; first < n; first += RY_SUM_BLOCK) {
-        const int32_t end = first + RY_SUM_BLOCK < n ? first + RY_SUM_BLOCK : n;
-        double sum = 0.0;
-        for (int32_t id = first; id < end; id++) {
-            sum += values[place[id]];
-        }
-        total += sum;
-    }
-    return total;
-}

@@ -58,7 +58,4 @@ typedef struct ry_measure_sums {
 } ry_measure_sums;
 ry_measure_sums ry_measure_grains(const ry_state *state, const ry_motion *motion, const int32_t *place);
 
-/* Sum of a per-grain array in ascending id, in fixed blocks. */
-double ry_measure_total(const double *values, const int32_t *place, int32_t n);
-
 #endif

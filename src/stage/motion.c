@@ -17,7 +17,7 @@ static ry_status make(double **array, int32_t n, int wanted, ry_error *error)
     return *array != NULL || !wanted ? RY_OK : ry_no_memory(error, (size_t)n * sizeof(double));
 }
 
-ry_status ry_motion_create(ry_motion *m, int32_t n, int moves, int ledger, ry_error *error)
+ry_status ry_motion_create(ry_motion *m, int32_t n, int moves, ry_error *error)
 {
     double **const always[] = {&m->im, &m->tm, &m->spin_gain, &m->gx, &m->gz,
                                &m->weight, &m->cx, &m->cz, &m->ct};
@@ -30,9 +30,7 @@ ry_status ry_motion_create(ry_motion *m, int32_t n, int moves, int ledger, ry_er
         return ry_no_memory(error, (size_t)n * sizeof *m->body);
     }
     RY_TRY(make(&m->sx, n, moves, error));
-    RY_TRY(make(&m->sz, n, moves, error));
-    m->mean = ledger ? ry_array((size_t)n + RY_MAX_WALLS, sizeof *m->mean) : NULL;
-    return m->mean != NULL || !ledger ? RY_OK : ry_no_memory(error, (size_t)n * sizeof *m->mean);
+    return make(&m->sz, n, moves, error);
 }
 
 void ry_motion_free(ry_motion *m)
@@ -43,7 +41,6 @@ void ry_motion_free(ry_motion *m)
         free(arrays[k]);
     }
     free(m->body);
-    free(m->mean);
     *m = (ry_motion){0};
 }
 
@@ -179,6 +176,7 @@ static void gather_shifts(const ry_motion *m, const ry_pairs *pairs)
 typedef struct ry_extent {
     int gone;       /* a grain has gone further than it may */
     double highest; /* [m] */
+    double work, work_low; /* of the fluid, for an exact sum [J] */
 } ry_extent;
 
 typedef struct ry_motion_task {
@@ -188,6 +186,7 @@ typedef struct ry_motion_task {
     double *x0;
     const double *z0, *limit2;
     ry_extent extent[RY_MOST_THREADS];
+    ry_exact work[RY_MOST_THREADS];
 } ry_motion_task;
 
 static void gather_grains(void *context, int32_t begin, int32_t end, int thread)
@@ -216,9 +215,9 @@ RY_INLINE double drift(double v, double after, int touched, double dt)
     return (touched ? after : 0.5 * (v + after)) * dt;
 }
 
-RY_CLONES static ry_extent integrate_range(const ry_motion *m, ry_grains *g, double *restrict x0,
-                                     const double *restrict z0, const double *restrict limit2, int32_t begin,
-                                     int32_t end)
+RY_INLINE ry_extent integrate_body(const ry_motion *m, ry_grains *g, double *restrict x0,
+                                   const double *restrict z0, const double *restrict limit2, int32_t begin,
+                                   int32_t end, const int books)
 {
     double *restrict const x = g->x, *restrict const z = g->z, *restrict const vx = g->vx;
     double *restrict const vz = g->vz, *restrict const spin = g->spin;
@@ -229,12 +228,19 @@ RY_CLONES static ry_extent integrate_range(const ry_motion *m, ry_grains *g, dou
     const double dt = m->dt, length = m->periodic ? m->length : 0.0;
     const double right = m->periodic ? m->length : 1e300;
     const double left = m->periodic ? 0.0 : -1e300;
-    double furthest = -1.0, highest = -INFINITY;
-#pragma omp simd reduction(max : furthest, highest)
+    double furthest = -1.0, highest = -INFINITY, work = 0.0, work_low = 0.0;
+#pragma omp simd reduction(max : furthest, highest) reduction(+ : work, work_low)
     for (int32_t k = begin; k < end; k++) {
         const int touched = (cx[k] != 0.0) | (cz[k] != 0.0);
         const double ux = vx[k] + cx[k] * im[k] + gx[k];
         const double uz = vz[k] + cz[k] * im[k] + gz[k];
+        if (books) { /* half of impulse x (velocity before and after) */
+            const double mass = im[k] > 0.0 ? 0.5 / im[k] : 0.0;
+            const double term = mass * (gx[k] * (vx[k] + ux) + (gz[k] - m->weight[k]) * (vz[k] + uz));
+            const double high = ry_exact_high(term, m->scale);
+            work += high;
+            work_low += ry_exact_low(term, high, m->scale);
+        }
         double xn = x[k] + drift(vx[k], ux, touched, dt);
         const double zn = z[k] + drift(vz[k], uz, touched, dt);
         vx[k] = ux;
@@ -253,7 +259,19 @@ RY_CLONES static ry_extent integrate_range(const ry_motion *m, ry_grains *g, dou
         x0[k] += in - out;
         image[k] += (out != 0.0) - (in != 0.0);
     }
-    return (ry_extent){furthest > 0.0, highest};
+    return (ry_extent){furthest > 0.0, highest, work, work_low};
+}
+
+RY_CLONES static ry_extent integrate_range(const ry_motion *m, ry_grains *g, double *x0, const double *z0,
+                                           const double *limit2, int32_t begin, int32_t end)
+{
+    return integrate_body(m, g, x0, z0, limit2, begin, end, 0);
+}
+
+RY_CLONES static ry_extent integrate_and_book(const ry_motion *m, ry_grains *g, double *x0, const double *z0,
+                                              const double *limit2, int32_t begin, int32_t end)
+{
+    return integrate_body(m, g, x0, z0, limit2, begin, end, 1);
 }
 
 static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t end)
@@ -265,26 +283,31 @@ static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t
 }
 
 /* Grains are moved and written as records in blocks that stay in the first cache. */
-enum { BLOCK = 512 };
+enum { BLOCK = RY_EXACT_TERMS };
 
 static void integrate_grains(void *context, int32_t begin, int32_t end, int thread)
 {
     ry_motion_task *const t = context;
-    if (t->motion->moves) {
-        shift_range(t->motion, t->grains, begin, end);
+    const ry_motion *const m = t->motion;
+    if (m->moves) {
+        shift_range(m, t->grains, begin, end);
     }
-    ry_extent all = {0, -INFINITY};
+    ry_extent all = {0, -INFINITY, 0.0, 0.0};
+    t->work[thread] = (ry_exact){0, 0};
     for (int32_t k = begin; k < end; k += BLOCK) {
         const int32_t next = end - k < BLOCK ? end : k + BLOCK;
-        const ry_extent here = integrate_range(t->motion, t->grains, t->x0, t->z0, t->limit2, k, next);
-        write_bodies(t->motion, t->grains, k, next);
+        const ry_extent here = (m->books ? integrate_and_book : integrate_range)(m, t->grains, t->x0, t->z0,
+                                                                                 t->limit2, k, next);
+        write_bodies(m, t->grains, k, next);
+        ry_exact_add(&t->work[thread], m->scale, here.work, here.work_low);
         all.gone |= here.gone;
         all.highest = here.highest > all.highest ? here.highest : all.highest;
     }
     t->extent[thread] = all;
 }
 
-int ry_motion_integrate(ry_motion *m, ry_grains *g, double *x0, const double *z0, const double *limit2)
+int ry_motion_integrate(ry_motion *m, ry_grains *g, double *x0, const double *z0, const double *limit2,
+                        ry_ledger *ledger)
 {
     ry_motion_task task;
     task.motion = m;
@@ -297,6 +320,9 @@ int ry_motion_integrate(ry_motion *m, ry_grains *g, double *x0, const double *z0
     m->highest = -INFINITY;
     for (int t = 0; t < m->threads; t++) {
         gone |= task.extent[t].gone;
+        if (m->books) {
+            ry_exact_join(&ledger->fluid_work, task.work[t]);
+        }
         m->highest = task.extent[t].highest > m->highest ? task.extent[t].highest : m->highest;
     }
     return gone;

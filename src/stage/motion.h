@@ -19,9 +19,6 @@
  * differences, the others as sums. */
 enum { RY_BODY_X, RY_BODY_Z, RY_BODY_R, RY_BODY_TURN, RY_BODY_VX, RY_BODY_VZ, RY_BODY_IM, RY_BODY_TM, RY_BODY };
 
-/* Velocity and spin x radius [m/s]; a record for the same reason. */
-enum { RY_MEAN_X, RY_MEAN_Z, RY_MEAN_TURN, RY_MEAN_SPARE, RY_MEAN };
-
 typedef struct ry_motion {
     int threads, periodic, moves, n_walls;
     double dt, length;
@@ -34,19 +31,20 @@ typedef struct ry_motion {
     double *sx, *sz;   /* shift/im of all contacts; NULL unless the law moves [kg m] */
     double (*body)[RY_BODY]; /* n + RY_MAX_WALLS, as of the end of the last step */
     double highest; /* z of the highest grain [m] */
-    double (*mean)[RY_MEAN]; /* n + RY_MAX_WALLS, means of a step; NULL without ledger */
+    int books;         /* the fluid's work is booked */
+    ry_scale scale;    /* of the ledger */
 } ry_motion;
 
 /* `im` and `tm` are filled by whoever knows the scene; then ry_motion_settle makes the bodies. */
-ry_status ry_motion_create(ry_motion *motion, int32_t n, int moves, int ledger, ry_error *error);
+ry_status ry_motion_create(ry_motion *motion, int32_t n, int moves, ry_error *error);
 void ry_motion_settle(ry_motion *motion, const ry_grains *grains);
 void ry_motion_free(ry_motion *motion);
 
 void ry_motion_gather(const ry_motion *motion, const ry_grains *grains, ry_pairs *pairs);
 
 /* x0, z0: where the neighbour list was made; they wrap with x. Returns whether a grain has gone further than the
- * root of its limit2 since then [m^2]. */
+ * root of its limit2 since then [m^2]. With `books` the work of the fluid is added to the ledger. */
 int ry_motion_integrate(ry_motion *motion, ry_grains *grains, double *x0, const double *z0,
-                        const double *limit2);
+                        const double *limit2, ry_ledger *ledger);
 
 #endif

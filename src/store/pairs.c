@@ -37,7 +37,7 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, unsign
         RY_TRY(make(&pairs->wet, 1, sizeof(double), error));
     }
     if (wants & RY_PAIRS_LEDGER) {
-        RY_TRY(make(&pairs->t_run, 1, sizeof(double), error)); /* likewise */
+        RY_TRY(make(&pairs->t_nx, 1, sizeof(double), error)); /* likewise */
     }
     return ry_pairs_reserve(pairs, 1, error);
 }
@@ -66,10 +66,14 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
         RY_TRY(make(&pairs->sz, room, sizeof *pairs->sz, error));
     }
 #define RY_TOUCH_MAKE(name, unit, text) RY_TRY(make(&pairs->t_##name, room, sizeof(double), error));
-    if (pairs->t_run != NULL) {
+    if (pairs->t_nx != NULL) {
         RY_TOUCH_FIELDS(RY_TOUCH_MAKE)
     }
 #undef RY_TOUCH_MAKE
+    if (pairs->t_nx != NULL) {
+        RY_TRY(make(&pairs->young_jn, room, sizeof(double), error));
+        RY_TRY(make(&pairs->young_en, room, sizeof(double), error));
+    }
     RY_TRY(make(&pairs->young, room, sizeof *pairs->young, error));
     RY_TRY(make(&pairs->young_age, room, sizeof *pairs->young_age, error));
     pairs->capacity = room;
@@ -81,7 +85,7 @@ void ry_pairs_free(ry_pairs *pairs)
     void *const arrays[] = {pairs->place, pairs->i,     pairs->j,        pairs->slip,
                             pairs->rest,  pairs->age,   pairs->slot,  pairs->sx,       pairs->sz,
                             pairs->row,   pairs->below, pairs->chunk, pairs->young, pairs->n_young, pairs->young_age,
-                            pairs->below_start, pairs->wet};
+                            pairs->below_start, pairs->wet, pairs->young_jn, pairs->young_en};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }

@@ -48,17 +48,17 @@ typedef struct ry_pairs {
     int32_t *young;       /* n: of each chunk, from its start, the contacts in their first steps; the walls' last */
     uint8_t *young_age;   /* what their ages become when all of them are done */
     int32_t *n_young;     /* n_chunks + 1: how many; the last for the walls */
-    /* What the ledger needs of a pair that touches; NULL without ledger. */
+    double *young_jn, *young_en; /* of a young one in an impact: impulse [N s], energy of its spring before the
+                                    step [J], -1: not in such an impact; NULL without ledger */
+    /* What the ledger still has to book of the last step, when the velocities after it are known; NULL without
+     * ledger. */
 #define RY_TOUCH_FIELDS(RY_TOUCH_FIELD)                                                              \
     RY_TOUCH_FIELD(nx, "1", "normal from the owner to its partner, along x")                         \
     RY_TOUCH_FIELD(nz, "1", "and along z")                                                           \
     RY_TOUCH_FIELD(lever, "1", "distance over the sum of the radii")                                 \
-    RY_TOUCH_FIELD(run, "m", "tangential velocity x dt before the step")                             \
-    RY_TOUCH_FIELD(jn, "N s", "normal impulse: of the dashpot, or all of it in an impact")           \
-    RY_TOUCH_FIELD(en, "J", "energy of the normal spring before the step; -1: not such an impact")   \
+    RY_TOUCH_FIELD(jn, "N s", "normal impulse of the dashpot")                                       \
     RY_TOUCH_FIELD(jt, "N s", "tangential impulse: of the dashpot, or all of it where it slides")    \
-    RY_TOUCH_FIELD(et, "J", "energy of the tangential spring before the step; -1: does not slide")   \
-    RY_TOUCH_FIELD(kt, "N/m", "tangential stiffness")
+    RY_TOUCH_FIELD(kt, "N/m", "tangential stiffness of a contact that slides; -1: does not")
 #define RY_TOUCH_POINTER(name, unit, text) double *t_##name;
     RY_TOUCH_FIELDS(RY_TOUCH_POINTER)
 #undef RY_TOUCH_POINTER

@@ -36,19 +36,11 @@ static int create_column(ry_column *column, int32_t nz)
 #undef ALLOCATED
 }
 
-static int create_ledger(ry_ledger *ledger, int32_t n)
-{
-#define ALLOCATED(name, text) \
-    &&(ledger->name = ry_array((size_t)n + RY_MAX_WALLS, sizeof(double))) != NULL
-    return 1 RY_LEDGER_TOTALS(ALLOCATED);
-#undef ALLOCATED
-}
-
 ry_status ry_state_create(ry_state *state, int32_t n, int32_t nz, int ledger, ry_error *error)
 {
     *state = (ry_state){0};
-    if (create_grains(&state->grains, n) && create_column(&state->column, nz) &&
-        (!ledger || create_ledger(&state->ledger, n))) {
+    state->ledger.kept = ledger;
+    if (create_grains(&state->grains, n) && create_column(&state->column, nz)) {
         return RY_OK;
     }
     ry_state_free(state);
@@ -60,16 +52,13 @@ void ry_state_free(ry_state *state)
 #define FREE_GRAINS(type, name, unit, text) free(state->grains.name);
 #define FREE_CONTACTS(type, name, unit, text) free(state->contacts.name);
 #define FREE_COLUMN(name, unit, text) free(state->column.name);
-#define FREE_LEDGER(name, text) free(state->ledger.name);
     RY_GRAIN_FIELDS(FREE_GRAINS);
     RY_CONTACT_FIELDS(FREE_CONTACTS);
     RY_WET_FIELDS(FREE_CONTACTS);
     RY_COLUMN_FIELDS(FREE_COLUMN);
-    RY_LEDGER_TOTALS(FREE_LEDGER);
 #undef FREE_GRAINS
 #undef FREE_CONTACTS
 #undef FREE_COLUMN
-#undef FREE_LEDGER
     *state = (ry_state){0};
 }
 
@@ -131,13 +120,13 @@ static uint64_t hash_grain(const ry_state *state, int32_t k)
     return hash;
 }
 
-static uint64_t hash_books(const ry_ledger *ledger, int32_t id, int32_t k)
+static uint64_t hash_books(const ry_ledger *ledger)
 {
-    uint64_t hash = add_int32_t(4, id);
-#define ADD(name, text) hash = add_double(hash, ledger->name[k]);
+    uint64_t hash = add_word(4, (uint64_t)ledger->kept);
+#define ADD(name, text) hash = add_word(add_word(hash, (uint64_t)ledger->name.high), (uint64_t)ledger->name.low);
     RY_LEDGER_TOTALS(ADD);
 #undef ADD
-    return hash;
+    return add_double(hash, ledger->energy_start);
 }
 
 static uint64_t hash_contact(const ry_contacts *contacts, int64_t k)
@@ -183,9 +172,5 @@ uint64_t ry_state_hash(const ry_state *state)
 
 uint64_t ry_state_checksum(const ry_state *state)
 {
-    uint64_t sum = add_double(ry_state_hash(state), state->ledger.energy_start);
-    for (int32_t k = 0; k < state->grains.n && state->ledger.loss_impact != NULL; ++k) {
-        sum += hash_books(&state->ledger, state->grains.id[k], k);
-    }
-    return sum;
+    return add_word(ry_state_hash(state), hash_books(&state->ledger));
 }

@@ -9,6 +9,7 @@
 
 #include <stdint.h>
 
+#include "base/exact.h"
 #include "ryusa/status.h"
 
 /* Most walls a scene has: the floor, the left and the right one. */
@@ -90,12 +91,12 @@ typedef struct ry_column {
     RY_LEDGER_ROW(loss_opening, "lost with the tangential spring of a contact that opens")       \
     RY_LEDGER_ROW(fluid_work, "work of the fluid on the grains")
 
-/* They are kept per grain (of a contact: by the one with the lower id) so that their sum does not
- * depend on the order of work; an array per row, n long, in storage order; NULL without ledger. */
+/* Exact sums: they do not depend on the order of work. Their scale follows from the scene (ry_plan). */
 typedef struct ry_ledger {
-#define RY_LEDGER_POINTER(name, text) double *name;
-    RY_LEDGER_TOTALS(RY_LEDGER_POINTER)
-#undef RY_LEDGER_POINTER
+    int64_t kept; /* 1: there is a ledger */
+#define RY_LEDGER_TOTAL(name, text) ry_exact name;
+    RY_LEDGER_TOTALS(RY_LEDGER_TOTAL)
+#undef RY_LEDGER_TOTAL
     double energy_start; /* kinetic + gravity + elastic energy at step 0 [J] */
 } ry_ledger;
 
@@ -108,7 +109,7 @@ typedef struct ry_state {
     ry_ledger ledger;
 } ry_state;
 
-/* Allocates the arrays of `n` grains, `nz` cells and, if `ledger`, the ledger; all zero, ids 0..n-1. */
+/* Allocates the arrays of `n` grains and `nz` cells; all zero, ids 0..n-1. `ledger`: keep one. */
 ry_status ry_state_create(ry_state *state, int32_t n, int32_t nz, int ledger, ry_error *error);
 void ry_state_free(ry_state *state);
 
