@@ -192,6 +192,19 @@ static void fetch_list(ry_pairs *pairs, int32_t n, ry_near *near)
 #undef RY_TOUCH_FETCH
 }
 
+/* The pairs that fill the vectors of a copied block are there twice: that they don't touch, and have nothing left to
+ * book, keeps them out of its sums. */
+static void mute_rest(const ry_pairs *pairs, ry_near *near)
+{
+    for (int32_t k = near->n; k < near->n_padded; k++) {
+        near->radii[k] = -1.0;
+        if (pairs->t_nx != NULL) {
+            near->t_jn[k] = near->t_jt[k] = 0.0;
+            near->t_kt[k] = -1.0;
+        }
+    }
+}
+
 /* ---- a block: put away ---------------------------------------------------------------------- */
 
 RY_CLONES static void put_slots(const ry_near *near, double (*restrict slot)[RY_SLOT], uint8_t *restrict age)
@@ -289,6 +302,9 @@ static int fetch_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
         fetch_list(pairs, n, near);
     }
     fetch_geometry(c, g, near);
+    if (!whole) {
+        mute_rest(pairs, near);
+    }
     return whole;
 }
 
@@ -399,6 +415,7 @@ static void push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
         memcpy(near.list[0], young + at, (size_t)count * sizeof *young);
         fetch_list(pairs, count, &near);
         fetch_geometry(c, g, &near);
+        mute_rest(pairs, &near);
         fetch_crowds(c, pairs, &near);
         near.own = c->film.on ? near.wet : c->dry;
         c->young(c, &near);

@@ -61,8 +61,7 @@ RY_INLINE double spring_energy(double kt, double slip, double run)
 /* A term of one of the sums of the ledger (base/exact.h). */
 #define SUM(row, term)                                                     \
     {                                                                      \
-        const double all = k < n_own ? (term) : 0.0;                       \
-        const double high = ry_exact_high(all, scale);                     \
+        const double all = term, high = ry_exact_high(all, scale);         \
         row += high;                                                       \
         row##_low += ry_exact_low(all, high, scale);                       \
     }
@@ -82,7 +81,6 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
     double *const t_jn = near->t_jn, *const t_jt = near->t_jt, *const t_kt = near->t_kt;
     const ry_scale scale = c->scale;
     const double half_per_dt = 0.5 / dt;
-    const int32_t n_own = near->n; /* beyond, pairs are there twice */
     double dashpot = 0.0, dashpot_low = 0.0, friction = 0.0, friction_low = 0.0, impact = 0.0, impact_low = 0.0;
     ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
     const double *const own = near->own;
