@@ -39,15 +39,18 @@ void ry_exact_join(ry_exact *sum, ry_exact other)
     sum->low = rest;
 }
 
-void ry_exact_add(ry_exact *sum, ry_scale scale, double high, double low)
+/* Contraction and reordering are off everywhere, but for that of the sums, which is free. */
+RY_CLONES void ry_exact_add(ry_exact *sum, ry_scale scale, const double *terms, int32_t n)
 {
+    double high = 0.0, low = 0.0;
+#pragma omp simd reduction(+ : high, low)
+    for (int32_t k = 0; k < n; k++) {
+        const double coarse = (terms[k] + scale.high) - scale.high;
+        const double fine = ((terms[k] - coarse) + scale.low) - scale.low;
+        high += coarse;
+        low += fine;
+    }
     ry_exact_join(sum, (ry_exact){units(high, scale.high), units(low, scale.low)});
-}
-
-void ry_exact_put(ry_exact *sum, ry_scale scale, double term)
-{
-    const double high = ry_exact_high(term, scale);
-    ry_exact_add(sum, scale, high, ry_exact_low(term, high, scale));
 }
 
 double ry_exact_value(ry_exact sum, ry_scale scale)

@@ -22,29 +22,13 @@ typedef struct ry_exact {
     int64_t high, low;
 } ry_exact;
 
-/* The most terms that may be added up in doubles before ry_exact_add takes them. */
+/* The most terms that ry_exact_add takes. */
 enum { RY_EXACT_TERMS = 512 };
 
 /* For terms up to `largest` > 0 in size: the fine unit is at most 2^-83 of it, totals go up to 2^18 of it. */
 ry_scale ry_scale_make(double largest);
 
-/* Cuts a term in two. Contraction and reordering are off everywhere. */
-RY_INLINE double ry_exact_high(double term, ry_scale scale)
-{
-    return (term + scale.high) - scale.high;
-}
-
-RY_INLINE double ry_exact_low(double term, double high, ry_scale scale)
-{
-    return ((term - high) + scale.low) - scale.low;
-}
-
-/* Adds the sums of the high and the low parts of some terms. */
-void ry_exact_add(ry_exact *sum, ry_scale scale, double high, double low);
-
-/* Adds one term. */
-void ry_exact_put(ry_exact *sum, ry_scale scale, double term);
-
+void ry_exact_add(ry_exact *sum, ry_scale scale, const double *terms, int32_t n);
 void ry_exact_join(ry_exact *sum, ry_exact other);
 double ry_exact_value(ry_exact sum, ry_scale scale);
 

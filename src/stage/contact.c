@@ -192,19 +192,6 @@ static void fetch_list(ry_pairs *pairs, int32_t n, ry_near *near)
 #undef RY_TOUCH_FETCH
 }
 
-/* The pairs that fill the vectors of a copied block are there twice: that they don't touch, and have nothing left to
- * book, keeps them out of its sums. */
-static void mute_rest(const ry_pairs *pairs, ry_near *near)
-{
-    for (int32_t k = near->n; k < near->n_padded; k++) {
-        near->radii[k] = -1.0;
-        if (pairs->t_nx != NULL) {
-            near->t_jn[k] = near->t_jt[k] = 0.0;
-            near->t_kt[k] = -1.0;
-        }
-    }
-}
-
 /* ---- a block: put away ---------------------------------------------------------------------- */
 
 RY_CLONES static void put_slots(const ry_near *near, double (*restrict slot)[RY_SLOT], uint8_t *restrict age)
@@ -272,7 +259,30 @@ static void book_openings(const ry_contact *c, const ry_grains *g, const ry_pair
         const int32_t k = opened[m], i = near->i[k];
         const ry_gap gap = {near->dx[k], near->dz[k], near->distance[k]};
         const double stretch = ry_contact_bond(c, i, near->j[k]).stretch;
-        ry_exact_put(&near->books->loss_opening, c->scale, tangential_energy(c, g, pairs, first + k, gap, stretch));
+        const double energy = tangential_energy(c, g, pairs, first + k, gap, stretch);
+        ry_exact_add(&near->books->loss_opening, c->scale, &energy, 1);
+    }
+}
+
+enum { LEFT = 1, NOW = 2 };
+
+static void book_losses(const ry_contact *c, const ry_near *near, int which)
+{
+    ry_ledger *const books = near->books;
+    const double (*const lost)[RY_CONTACT_BLOCK] = near->lost;
+    if (!(c->features & RY_CONTACT_LEDGER)) {
+        return;
+    }
+    if (which & LEFT) {
+        ry_exact_add(&books->loss_dashpot, c->scale, lost[RY_LEFT_DASHPOT], near->n);
+        ry_exact_add(&books->loss_friction, c->scale, lost[RY_LEFT_FRICTION], near->n);
+    }
+    if (which & NOW) {
+        ry_exact_add(&books->loss_dashpot, c->scale, lost[RY_LOST_DASHPOT], near->n);
+        ry_exact_add(&books->loss_friction, c->scale, lost[RY_LOST_FRICTION], near->n);
+    }
+    if ((which & NOW) && c->young == NULL) {
+        ry_exact_add(&books->loss_impact, c->scale, lost[RY_LOST_IMPACT], near->n);
     }
 }
 
@@ -302,9 +312,6 @@ static int fetch_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
         fetch_list(pairs, n, near);
     }
     fetch_geometry(c, g, near);
-    if (!whole) {
-        mute_rest(pairs, near);
-    }
     return whole;
 }
 
@@ -320,6 +327,7 @@ static void push_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
     }
     near->own = c->film.on ? near->wet : c->dry;
     c->kernel(c, near);
+    book_losses(c, near, LEFT | NOW);
     if (whole) {
         put_run(c, pairs, first, near);
     } else {
@@ -415,10 +423,10 @@ static void push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
         memcpy(near.list[0], young + at, (size_t)count * sizeof *young);
         fetch_list(pairs, count, &near);
         fetch_geometry(c, g, &near);
-        mute_rest(pairs, &near);
         fetch_crowds(c, pairs, &near);
         near.own = c->film.on ? near.wet : c->dry;
         c->young(c, &near);
+        book_losses(c, &near, NOW);
         for (int32_t k = 0; k < count; k++) { /* others still count by the age that is there */
             young_age[at + k] = (uint8_t)near.age[k];
             near.age[k] = pairs->age[young[at + k]];
@@ -506,6 +514,7 @@ static void close_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs
         const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
         fetch_block(c, g, pairs, p, n, &near);
         c->close(c, &near);
+        book_losses(c, &near, LEFT);
         for (int32_t k = p; k < p + n; k++) { /* those that were copied, too */
             pairs->t_jn[k] = pairs->t_jt[k] = 0.0;
             pairs->t_kt[k] = -1.0;

@@ -23,6 +23,9 @@ enum {
 /* Pairs are worked on in blocks of this many, which stay in the first cache. */
 enum { RY_CONTACT_BLOCK = 128 };
 
+/* What a pair loses: that which was left of the last step, and that of this one which is known already. */
+enum { RY_LEFT_DASHPOT, RY_LEFT_FRICTION, RY_LOST_DASHPOT, RY_LOST_FRICTION, RY_LOST_IMPACT, RY_LOST };
+
 /* A block of pairs, their members side by side. Differences are partner less owner. */
 typedef struct ry_near {
     int32_t n, n_padded; /* n filled up to a multiple of RY_LANES */
@@ -45,7 +48,8 @@ typedef struct ry_near {
     double pt[RY_CONTACT_BLOCK], mark[RY_CONTACT_BLOCK];
     double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK]; /* as in ry_pairs */
     double jn[RY_CONTACT_BLOCK], en[RY_CONTACT_BLOCK]; /* of young contacts, as in ry_pairs; with ledger */
-    ry_ledger *books; /* what the pairs lose is added to */
+    double lost[RY_LOST][RY_CONTACT_BLOCK]; /* [J] */
+    ry_ledger *books; /* to which it is added */
 #define RY_TOUCH_NEAR(name, unit, text) double *t_##name; /* as slip */
     RY_TOUCH_FIELDS(RY_TOUCH_NEAR)
 #undef RY_TOUCH_NEAR

@@ -58,14 +58,6 @@ RY_INLINE double spring_energy(double kt, double slip, double run)
 
 /* ---- the loop ------------------------------------------------------------------------------- */
 
-/* A term of one of the sums of the ledger (base/exact.h). */
-#define SUM(row, term)                                                     \
-    {                                                                      \
-        const double all = term, high = ry_exact_high(all, scale);         \
-        row += high;                                                       \
-        row##_low += ry_exact_low(all, high, scale);                       \
-    }
-
 /* Normal n from i to j; tangent t = (n_z, -n_x), along which a positive spin of either grain moves
  * its side of the contact; the contact point divides the distance like the radii, so that the lever
  * arms add up to it and angular momentum is kept. */
@@ -79,9 +71,8 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
     double *const rests = near->rest, *const slips = near->slip;
     double *const t_nx = near->t_nx, *const t_nz = near->t_nz, *const t_lever = near->t_lever;
     double *const t_jn = near->t_jn, *const t_jt = near->t_jt, *const t_kt = near->t_kt;
-    const ry_scale scale = c->scale;
+    double (*const lost)[RY_CONTACT_BLOCK] = near->lost;
     const double half_per_dt = 0.5 / dt;
-    double dashpot = 0.0, dashpot_low = 0.0, friction = 0.0, friction_low = 0.0, impact = 0.0, impact_low = 0.0;
     ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
     const double *const own = near->own;
     if (!ratio) { /* known when compiled: the root of ry_bond_damped goes */
@@ -89,7 +80,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
     }
     const ry_bond pair = c->bond[0], lone = c->bond[1];
     const double tm_pair = c->tm[0], tm_lone = c->tm[1], im_between = 1.5 * c->im_lone;
-#pragma omp simd reduction(+ : dashpot, dashpot_low, friction, friction_low, impact, impact_low)
+#pragma omp simd
     for (int32_t k = 0; k < n; k++) {
         const double distance = near->distance[k], sum = near->radii[k], ims = near->im[k];
         const double ux = near->dvx[k] * back, uz = near->dvz[k] * back;
@@ -113,7 +104,6 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const double per_ims = per_dt * (distance * tms * sum * per_all);
         const double per_tms = per_dt * (distance * ims * sum * per_all);
         const double across_all = ux * nz - uz * nx;
-        ry_loss left = {0.0, 0.0}, now = {0.0, 0.0};
         if ((features & RY_CONTACT_LEDGER) && which != YOUNG) {
             double run = 0.0, run_before = 0.0;
             if (features & RY_CONTACT_FRICTION) {
@@ -121,14 +111,14 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
                 run = across_all + turn * (distance * distance * (ims * tms * per_all));
                 run_before = ux * t_nz[k] - uz * t_nx[k] + turn * t_lever[k];
             }
-            left = half_loss(t_jn[k], t_jt[k], t_kt[k], ux * t_nx[k] + uz * t_nz[k], run_before,
-                              -spring_energy(t_kt[k], slip_before + run, run), half_per_dt);
+            const ry_loss left = half_loss(t_jn[k], t_jt[k], t_kt[k], ux * t_nx[k] + uz * t_nz[k], run_before,
+                                           -spring_energy(t_kt[k], slip_before + run, run), half_per_dt);
+            lost[RY_LEFT_DASHPOT][k] = left.dashpot;
+            lost[RY_LEFT_FRICTION][k] = left.friction;
         }
         if (which == CLOSING) {
             t_jn[k] = t_jt[k] = 0.0;
             t_kt[k] = -1.0;
-            SUM(dashpot, left.dashpot)
-            SUM(friction, left.friction)
             continue;
         }
         ry_touch t;
@@ -143,6 +133,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const double normal = p.f * per_ims;
         double px = normal * nx, pz = normal * nz, pt = 0.0;
         double across = across_all;
+        ry_loss now = {0.0, 0.0};
         if (features & RY_CONTACT_FRICTION) {
             const double lever = distance * distance * (ims * tms * per_all);
             const double w_t = across + near->turn[k] * (dt * lever);
@@ -182,15 +173,11 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             if (which == YOUNG) { /* the ledger takes its loss from the work that is really done */
                 near->jn[k] = normal;
                 near->en[k] = p.held >= 0.0 ? p.held * per_ims * per_dt : -1.0;
-            } else {
-                SUM(dashpot, left.dashpot)
-                SUM(friction, left.friction)
+            } else if (which == EVERY) {
+                lost[RY_LOST_IMPACT][k] = mine ? p.impact * per_ims * per_dt : 0.0;
             }
-            if (which == EVERY) {
-                SUM(impact, mine ? p.impact * per_ims * per_dt : 0.0)
-            }
-            SUM(dashpot, now.dashpot)
-            SUM(friction, now.friction)
+            lost[RY_LOST_DASHPOT][k] = now.dashpot;
+            lost[RY_LOST_FRICTION][k] = now.friction;
         }
         near->px[k] = mine ? px : 0.0;
         near->pz[k] = mine ? pz : 0.0;
@@ -213,13 +200,6 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         }
         near->age[k] = touches ? age : 0.0;
         near->mark[k] = mark;
-    }
-    if (features & RY_CONTACT_LEDGER) {
-        ry_exact_add(&near->books->loss_dashpot, scale, dashpot, dashpot_low);
-        ry_exact_add(&near->books->loss_friction, scale, friction, friction_low);
-        if (which == EVERY) {
-            ry_exact_add(&near->books->loss_impact, scale, impact, impact_low);
-        }
     }
 }
 

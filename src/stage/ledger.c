@@ -45,7 +45,7 @@ void ry_ledger_stage(const ry_contact *c, const ry_motion *m, ry_state *state, c
             if (pairs->young_en[y] >= 0.0) {
                 const double lost = lose_in_impact(c, m, &state->grains, pairs, pairs->young[y], pairs->young_jn[y],
                                                    pairs->young_en[y]);
-                ry_exact_put(&state->ledger.loss_impact, c->scale, lost);
+                ry_exact_add(&state->ledger.loss_impact, c->scale, &lost, 1);
             }
         }
     }

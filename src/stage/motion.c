@@ -176,7 +176,6 @@ static void gather_shifts(const ry_motion *m, const ry_pairs *pairs)
 typedef struct ry_extent {
     int gone;       /* a grain has gone further than it may */
     double highest; /* [m] */
-    double work, work_low; /* of the fluid, for an exact sum [J] */
 } ry_extent;
 
 typedef struct ry_motion_task {
@@ -217,7 +216,7 @@ RY_INLINE double drift(double v, double after, int touched, double dt)
 
 RY_INLINE ry_extent integrate_body(const ry_motion *m, ry_grains *g, double *restrict x0,
                                    const double *restrict z0, const double *restrict limit2, int32_t begin,
-                                   int32_t end, const int books)
+                                   int32_t end, double *restrict work)
 {
     double *restrict const x = g->x, *restrict const z = g->z, *restrict const vx = g->vx;
     double *restrict const vz = g->vz, *restrict const spin = g->spin;
@@ -225,21 +224,19 @@ RY_INLINE ry_extent integrate_body(const ry_motion *m, ry_grains *g, double *res
     const double *restrict const im = m->im, *restrict const cx = m->cx, *restrict const cz = m->cz;
     const double *restrict const ct = m->ct, *restrict const gain = m->spin_gain;
     const double *restrict const gx = m->gx, *restrict const gz = m->gz;
+    const double *restrict const weight = m->weight;
     const double dt = m->dt, length = m->periodic ? m->length : 0.0;
     const double right = m->periodic ? m->length : 1e300;
     const double left = m->periodic ? 0.0 : -1e300;
-    double furthest = -1.0, highest = -INFINITY, work = 0.0, work_low = 0.0;
-#pragma omp simd reduction(max : furthest, highest) reduction(+ : work, work_low)
+    double furthest = -1.0, highest = -INFINITY;
+#pragma omp simd reduction(max : furthest, highest)
     for (int32_t k = begin; k < end; k++) {
         const int touched = (cx[k] != 0.0) | (cz[k] != 0.0);
         const double ux = vx[k] + cx[k] * im[k] + gx[k];
         const double uz = vz[k] + cz[k] * im[k] + gz[k];
-        if (books) { /* half of impulse x (velocity before and after) */
+        if (work != NULL) { /* impulse x (velocity before and after)/2 */
             const double mass = im[k] > 0.0 ? 0.5 / im[k] : 0.0;
-            const double term = mass * (gx[k] * (vx[k] + ux) + (gz[k] - m->weight[k]) * (vz[k] + uz));
-            const double high = ry_exact_high(term, m->scale);
-            work += high;
-            work_low += ry_exact_low(term, high, m->scale);
+            work[k - begin] = mass * (gx[k] * (vx[k] + ux) + (gz[k] - weight[k]) * (vz[k] + uz));
         }
         double xn = x[k] + drift(vx[k], ux, touched, dt);
         const double zn = z[k] + drift(vz[k], uz, touched, dt);
@@ -259,19 +256,20 @@ RY_INLINE ry_extent integrate_body(const ry_motion *m, ry_grains *g, double *res
         x0[k] += in - out;
         image[k] += (out != 0.0) - (in != 0.0);
     }
-    return (ry_extent){furthest > 0.0, highest, work, work_low};
+    return (ry_extent){furthest > 0.0, highest};
 }
 
 RY_CLONES static ry_extent integrate_range(const ry_motion *m, ry_grains *g, double *x0, const double *z0,
                                            const double *limit2, int32_t begin, int32_t end)
 {
-    return integrate_body(m, g, x0, z0, limit2, begin, end, 0);
+    return integrate_body(m, g, x0, z0, limit2, begin, end, NULL);
 }
 
-RY_CLONES static ry_extent integrate_and_book(const ry_motion *m, ry_grains *g, double *x0, const double *z0,
-                                              const double *limit2, int32_t begin, int32_t end)
+/* Also the work of the fluid on each grain [J]. */
+RY_CLONES static ry_extent integrate_and_work(const ry_motion *m, ry_grains *g, double *x0, const double *z0,
+                                              const double *limit2, int32_t begin, int32_t end, double *work)
 {
-    return integrate_body(m, g, x0, z0, limit2, begin, end, 1);
+    return integrate_body(m, g, x0, z0, limit2, begin, end, work);
 }
 
 static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t end)
@@ -292,14 +290,17 @@ static void integrate_grains(void *context, int32_t begin, int32_t end, int thre
     if (m->moves) {
         shift_range(m, t->grains, begin, end);
     }
-    ry_extent all = {0, -INFINITY, 0.0, 0.0};
+    ry_extent all = {0, -INFINITY};
     t->work[thread] = (ry_exact){0, 0};
     for (int32_t k = begin; k < end; k += BLOCK) {
         const int32_t next = end - k < BLOCK ? end : k + BLOCK;
-        const ry_extent here = (m->books ? integrate_and_book : integrate_range)(m, t->grains, t->x0, t->z0,
-                                                                                 t->limit2, k, next);
+        double work[BLOCK];
+        const ry_extent here = m->books ? integrate_and_work(m, t->grains, t->x0, t->z0, t->limit2, k, next, work)
+                                        : integrate_range(m, t->grains, t->x0, t->z0, t->limit2, k, next);
+        if (m->books) {
+            ry_exact_add(&t->work[thread], m->scale, work, next - k);
+        }
         write_bodies(m, t->grains, k, next);
-        ry_exact_add(&t->work[thread], m->scale, here.work, here.work_low);
         all.gone |= here.gone;
         all.highest = here.highest > all.highest ? here.highest : all.highest;
     }
