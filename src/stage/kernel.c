@@ -56,6 +56,27 @@ RY_INLINE double spring_energy(double kt, double slip, double run)
     return 0.5 * kt * ry_max(slip * (slip - run), 0.0);
 }
 
+/* Approach x dt of the grains of a pair, the normal, and the distance over the sum of the radii. */
+typedef struct ry_place {
+    double ux, uz, nx, nz, lever;
+} ry_place;
+
+/* The half of the last step's losses that waited for the velocities after it. */
+RY_INLINE void book_left(ry_near *near, int32_t k, const ry_place at, double slip, double dt, const int features)
+{
+    const double *const nx = near->t_nx, *const nz = near->t_nz;
+    const double kt = near->t_kt[k], w_n = at.ux * nx[k] + at.uz * nz[k];
+    double run = 0.0, w_t = 0.0;
+    if (features & RY_CONTACT_FRICTION) {
+        run = at.ux * at.nz - at.uz * at.nx + near->turn[k] * (dt * at.lever);
+        w_t = at.ux * nz[k] - at.uz * nx[k] + near->turn[k] * (dt * near->t_lever[k]);
+    }
+    const ry_loss left =
+        half_loss(near->t_jn[k], near->t_jt[k], kt, w_n, w_t, -spring_energy(kt, slip + run, run), 0.5 / dt);
+    near->lost[RY_LEFT_DASHPOT][k] = left.dashpot;
+    near->lost[RY_LEFT_FRICTION][k] = left.friction;
+}
+
 /* ---- the loop ------------------------------------------------------------------------------- */
 
 /* Normal n from i to j; tangent t = (n_z, -n_x), along which a positive spin of either grain moves
@@ -103,20 +124,9 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const double nx = near->dx[k] * inverse, nz = near->dz[k] * inverse;
         const double per_ims = per_dt * (distance * tms * sum * per_all);
         const double per_tms = per_dt * (distance * ims * sum * per_all);
-        const double across_all = ux * nz - uz * nx;
-        if ((features & RY_CONTACT_LEDGER) && which != YOUNG) {
-            double run = 0.0, run_before = 0.0;
-            if (features & RY_CONTACT_FRICTION) {
-                const double turn = near->turn[k] * dt;
-                run = across_all + turn * (distance * distance * (ims * tms * per_all));
-                run_before = ux * t_nz[k] - uz * t_nx[k] + turn * t_lever[k];
-            }
-            const ry_loss left = half_loss(t_jn[k], t_jt[k], t_kt[k], ux * t_nx[k] + uz * t_nz[k], run_before,
-                                           -spring_energy(t_kt[k], slip_before + run, run), half_per_dt);
-            lost[RY_LEFT_DASHPOT][k] = left.dashpot;
-            lost[RY_LEFT_FRICTION][k] = left.friction;
-        }
         if (which == CLOSING) {
+            book_left(near, k, (ry_place){ux, uz, nx, nz, distance * distance * (ims * tms * per_all)}, slip_before, dt,
+                      features);
             t_jn[k] = t_jt[k] = 0.0;
             t_kt[k] = -1.0;
             continue;
@@ -132,8 +142,12 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const ry_push p = law(bond, t);
         const double normal = p.f * per_ims;
         double px = normal * nx, pz = normal * nz, pt = 0.0;
-        double across = across_all;
+        double across = ux * nz - uz * nx;
         ry_loss now = {0.0, 0.0};
+        if ((features & RY_CONTACT_LEDGER) && which != YOUNG) {
+            book_left(near, k, (ry_place){ux, uz, nx, nz, distance * distance * (ims * tms * per_all)}, slip_before, dt,
+                      features);
+        }
         if (features & RY_CONTACT_FRICTION) {
             const double lever = distance * distance * (ims * tms * per_all);
             const double w_t = across + near->turn[k] * (dt * lever);
