@@ -122,7 +122,8 @@ static void move(ry_state *state, double dt, double length)
             ++grains->image[k];
         }
         grains->spin[k] = grains->x[k] * 10.0;
-        ry_exact_put(&state->ledger.loss_friction, ry_scale_make(1.0), grains->vx[k] * 1e-9);
+        const double lost = grains->vx[k] * 1e-9;
+        ry_exact_add(&state->ledger.loss_friction, ry_scale_make(1.0), &lost, 1);
     }
     for (int k = 0; k < NZ; ++k) {
         state->column.u[k] += 1e-6 * k;

@@ -153,6 +153,34 @@ static void test_looking(void **state)
     }
 }
 
+/* The books come out the same, too, however often they are closed on the way. */
+static uint64_t books_of(const golden *g, int threads, const char *more, int look)
+{
+    scene *const s = open_file(g->file, threads, "%s output.fields=energy %s", g->overrides, more);
+    for (long long step = 0; step < g->steps; step++) {
+        step_scene(s, 1);
+        if (look > 0 && step % look == 0) {
+            ry_sim_sample(s->sim);
+        }
+    }
+    ry_sim_hash(s->sim);
+    const uint64_t books = ry_state_checksum(&s->sim->state);
+    close_scene(s);
+    return books;
+}
+
+static void test_books(void **state)
+{
+    (void)state;
+    for (int k = 0; k < SCENES; k++) {
+        const uint64_t one = books_of(&table[k], 1, "", 0);
+        assert_true(one == books_of(&table[k], 3, "", 0));
+        assert_true(one == books_of(&table[k], 1, "numerics.skin=0.6", 1));
+        assert_true(one == books_of(&table[k], 1, "numerics.skin=0.05", 17));
+        assert_true(one == books_of(&table[k], 2, "numerics.order=shuffled", 3));
+    }
+}
+
 /* The ledger changes nothing but itself: the grains go the same ways. */
 static void test_ledger_is_neutral(void **state)
 {
@@ -303,6 +331,7 @@ int main(void)
         cmocka_unit_test(test_threads),
         cmocka_unit_test(test_skin_and_order),
         cmocka_unit_test(test_looking),
+        cmocka_unit_test(test_books),
         cmocka_unit_test(test_ledger_is_neutral),
         cmocka_unit_test(test_going_on),
         cmocka_unit_test(test_resume),
