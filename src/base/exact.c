@@ -40,7 +40,7 @@ void ry_exact_join(ry_exact *sum, ry_exact other)
 }
 
 /* Contraction and reordering are off everywhere, but for that of the sums, which is free. */
-RY_CLONES void ry_exact_add(ry_exact *sum, ry_scale scale, const double *terms, int32_t n)
+RY_CLONES static ry_exact units_of(ry_scale scale, const double *terms, int32_t n)
 {
     double high = 0.0, low = 0.0;
 #pragma omp simd reduction(+ : high, low)
@@ -50,7 +50,12 @@ RY_CLONES void ry_exact_add(ry_exact *sum, ry_scale scale, const double *terms, 
         high += coarse;
         low += fine;
     }
-    ry_exact_join(sum, (ry_exact){units(high, scale.high), units(low, scale.low)});
+    return (ry_exact){units(high, scale.high), units(low, scale.low)};
+}
+
+void ry_exact_add(ry_exact *sum, ry_scale scale, const double *terms, int32_t n)
+{
+    ry_exact_join(sum, units_of(scale, terms, n));
 }
 
 double ry_exact_value(ry_exact sum, ry_scale scale)

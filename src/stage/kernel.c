@@ -33,6 +33,32 @@ RY_INLINE ry_bond pick_bond(const ry_bond pair, const ry_bond lone, int alone)
     return b;
 }
 
+/* What becomes of the age of a contact, and its mark (RY_SLOT_MARK). */
+typedef struct ry_ageing {
+    double age, mark;
+} ry_ageing;
+
+RY_INLINE ry_ageing age_contact(const int which, double age, const ry_push p, int mine)
+{
+    const double next = ry_min(age + 1.0, RY_AGE_MAX), first = RY_IMPACT_STEPS + 1.0;
+    const double start = p.f < 0.0 ? first : RY_AGE_MAX;
+    ry_ageing after = {next, 0.0};
+    if (which == ENDURING) {
+        const double more = ry_min(next, RY_AGE_MAX - 1.0);
+        const double later = age < RY_AGE_MAX ? more : start;
+        const double lasting = age < first ? start : later;
+        const double was = age < RY_AGE_MAX ? 1.0 : 0.0, held = age < first ? 0.0 : was;
+        const double will = lasting < RY_AGE_MAX ? 1.0 : 0.0;
+        after.age = mine ? lasting : next;
+        after.mark = (mine ? will : 0.0) - held;
+    } else if (which == YOUNG) {
+        const double starts = p.f < 0.0 ? 1.0 : 0.0;
+        after.age = p.from > 0.0 ? start : next;
+        after.mark = p.from > 0.0 ? starts : 0.0;
+    }
+    return after;
+}
+
 /* ---- the ledger ----------------------------------------------------------------------------- */
 
 /* What a contact loses in one of the two halves of a step: dashpots to the one, sliding to the other row. */
@@ -108,17 +134,8 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const double slip_before = slips[k];
         const int touches = distance < sum;
         const int mine = which == ENDURING ? touches & (near->age[k] >= RY_IMPACT_STEPS) : touches;
-        double tms;
-        ry_bond bond;
-        if (features & RY_CONTACT_SIZES) {
-            tms = near->tm[k];
-            bond = ry_bond_damped(&coef, ims, tms, ratio ? own[k] : 0.0);
-            bond.e = ratio ? coef.e : own[k];
-        } else {
-            const int alone = ims < im_between;
-            tms = alone ? tm_lone : tm_pair;
-            bond = pick_bond(pair, lone, alone);
-        }
+        const int alone = ims < im_between;
+        const double tms = features & RY_CONTACT_SIZES ? near->tm[k] : (alone ? tm_lone : tm_pair);
         const double per_all = 1.0 / (distance * ims * tms * sum); /* one division for four */
         const double inverse = ims * tms * sum * per_all;
         const double nx = near->dx[k] * inverse, nz = near->dz[k] * inverse;
@@ -130,6 +147,13 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             t_jn[k] = t_jt[k] = 0.0;
             t_kt[k] = -1.0;
             continue;
+        }
+        ry_bond bond;
+        if (features & RY_CONTACT_SIZES) {
+            bond = ry_bond_damped(&coef, ims, tms, ratio ? own[k] : 0.0);
+            bond.e = ratio ? coef.e : own[k];
+        } else {
+            bond = pick_bond(pair, lone, alone);
         }
         ry_touch t;
         t.d = sum - distance;
@@ -171,8 +195,8 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             }
         }
         if (moves) { /* moving the grains apart would change r x v: take that out of v */
-            const int alone = (im[pair_i[k]] == 0.0) | (im[pair_j[k]] == 0.0);
-            const double turn = alone ? 0.0 : across * (p.shift / (distance - p.shift)) * per_ims;
+            const int one = (im[pair_i[k]] == 0.0) | (im[pair_j[k]] == 0.0);
+            const double turn = one ? 0.0 : across * (p.shift / (distance - p.shift)) * per_ims;
             px += turn * nz;
             pz -= turn * nx;
             near->sx[k] = mine ? p.shift * nx * (dt * per_ims) : 0.0;
@@ -197,23 +221,9 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         near->pz[k] = mine ? pz : 0.0;
         near->pt[k] = mine ? pt : 0.0;
         rests[k] = mine ? p.rest : (touches ? t.rest : 0.0);
-        const double next = ry_min(t.age + 1.0, RY_AGE_MAX), first = RY_IMPACT_STEPS + 1.0;
-        double age = next, mark = 0.0;
-        if (which == ENDURING) {
-            const double start = p.f < 0.0 ? first : RY_AGE_MAX, more = ry_min(next, RY_AGE_MAX - 1.0);
-            const double later = t.age < RY_AGE_MAX ? more : start;
-            const double lasting = t.age < first ? start : later;
-            const double was = t.age < RY_AGE_MAX ? 1.0 : 0.0, held = t.age < first ? 0.0 : was;
-            const double will = lasting < RY_AGE_MAX ? 1.0 : 0.0;
-            age = mine ? lasting : next;
-            mark = (mine ? will : 0.0) - held;
-        } else if (which == YOUNG) {
-            const double start = p.f < 0.0 ? first : RY_AGE_MAX, starts = p.f < 0.0 ? 1.0 : 0.0;
-            age = p.from > 0.0 ? start : next;
-            mark = p.from > 0.0 ? starts : 0.0;
-        }
-        near->age[k] = touches ? age : 0.0;
-        near->mark[k] = mark;
+        const ry_ageing after = age_contact(which, t.age, p, mine);
+        near->age[k] = touches ? after.age : 0.0;
+        near->mark[k] = after.mark;
     }
 }
 
@@ -276,7 +286,8 @@ ry_contact_fn *ry_contact_select_young(int law, int features)
 
 ry_contact_fn *ry_contact_select_close(int features)
 {
-    static ry_contact_fn *const kernels[RY_CONTACT_STAMPS] = {NULL, NULL, NULL, NULL, close_4, close_5, close_6, close_7};
+    static ry_contact_fn *const kernels[RY_CONTACT_STAMPS] = {NULL,    NULL,    NULL,    NULL,
+                                                              close_4, close_5, close_6, close_7};
     return kernels[features];
 }
 
