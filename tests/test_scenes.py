@@ -81,6 +81,22 @@ class Scenes(unittest.TestCase):
             scale = np.sum(np.pi / 6 * d**3 * file["particles/grains/density"][:] * 9.81 * d)
             self.assertLess(file["observables/kinetic_energy/value"][-1], 1e-12 * scale)
 
+    def test_profile_carries_flux(self):
+        """The integral of phi u_grain over height is the mean q_b of the same samples."""
+        with run(self.folder.name, "flume.yaml", "time.end=2") as file:
+            equilibration = file["observables/flux"].attrs["equilibration_time"]
+            profile = file["observables/profile"]
+            z, carried = profile["z"][:], np.sum(profile["phi"][:] * profile["u_grain"][:])
+            frames = file["observables/profile_series/phi/time"][:]
+            first = frames[frames > equilibration][0]  # a frame averages the samples since the one before
+            series = file["observables/q_b"]
+            times = series["time"][:]
+            interval = frames[1] - frames[0]
+            inside = (times > first - interval + 1e-9) & (times < frames[-1] + 1e-9)
+            q_b = series["value"][inside].mean()
+            self.assertGreater(inside.sum(), 300)
+            self.assertAlmostEqual(carried * (z[1] - z[0]) / q_b, 1.0, delta=3e-3)
+
 
 if __name__ == "__main__":
     unittest.main(verbosity=2)

@@ -143,16 +143,12 @@ RY_INLINE void spread(double *volumes, double *forces, double *slopes, const ry_
 {
     const double per_r = 1.0 / r;
     for (int32_t first = span.first; first <= span.last; first += RY_SLICES) {
-        double parts[RY_SLICES];
-        ry_slice_parts((first * dz - z) * per_r, dz * per_r, parts);
-        for (int32_t k = 0; k < RY_SLICES; k++) {
-            volumes[first + k] += volume * parts[k];
-        }
-        for (int32_t k = 0; k < RY_SLICES; k++) {
-            forces[first + k] += force * parts[k];
-        }
-        for (int32_t k = 0; k < RY_SLICES; k++) {
-            slopes[first + k] += slope * parts[k];
+        const double t = (first * dz - z) * per_r;
+        for (int32_t four = 0; four < RY_SLICE_FOURS; four++) {
+            const ry_four part = ry_slice_cut(t, dz * per_r, four).part;
+            ry_slice_add(volumes + first + 4 * four, volume * part);
+            ry_slice_add(forces + first + 4 * four, force * part);
+            ry_slice_add(slopes + first + 4 * four, slope * part);
         }
     }
 }

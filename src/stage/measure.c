@@ -10,13 +10,21 @@
 #include "base/parallel.h"
 #include "stage/slices.h"
 
-/* Rows of a block's sums; STEP holds what the stress changes from one plane to the next above. */
-enum { ROW_PHI, ROW_MOVING, ROW_TRANSPORT, ROW_STEP, ROW_SLICE, ROW_FLUID_STEP, ROW_COUNT };
+/* Rows of a block's sums, of the grains that can move: volumes of the cells and their transport; momentum
+ * through the planes at the feet of the cells; and what the forces on the grains, of their contacts and of the
+ * fluid, change the stress by from plane to plane. */
+enum { ROW_MOVING, ROW_TRANSPORT, ROW_SLICE, ROW_STEP, ROW_FLUID_STEP, ROW_COUNT };
 
-/* A row has room for a last run of slices beyond the column. */
+/* A row has room for a last run of slices, which begins at plane nz at the latest, and behind that for what
+ * acts above that plane. */
 static size_t row_length(const ry_measure *m)
 {
-    return (size_t)m->nz + RY_SLICES;
+    return (size_t)m->nz + RY_SLICES + 1;
+}
+
+static size_t above_top(const ry_measure *m)
+{
+    return row_length(m) - 1;
 }
 
 static double *row(const ry_measure *m, double *sums, int which)
@@ -31,6 +39,30 @@ static double **rows_of(ry_measure *m, double **rows)
     return rows;
 }
 enum { N_ROWS = 6 };
+
+/* Volumes of the fixed grains, once and for all; in ascending id. */
+static ry_status sum_fixed(ry_measure *m, const ry_grains *g, ry_error *error)
+{
+    int32_t *const place = ry_array((size_t)g->n, sizeof *place);
+    if (place == NULL) {
+        return ry_no_memory(error, (size_t)g->n * sizeof *place);
+    }
+    for (int32_t k = 0; k < g->n; k++) {
+        place[g->id[k]] = k;
+    }
+    for (int32_t id = 0; id < g->n; id++) {
+        const double z = g->z[place[id]], r = g->radius[place[id]];
+        const ry_span span = ry_slice_span(z, r, 1.0 / m->dz, m->nz);
+        for (int32_t first = span.first; g->fixed[place[id]] && first <= span.last; first += RY_SLICES) {
+            for (int32_t four = 0; four < RY_SLICE_FOURS; four++) {
+                const ry_four part = ry_slice_cut((first * m->dz - z) / r, m->dz / r, four).part;
+                ry_slice_add(m->still + first + 4 * four, 4.0 / 3.0 * M_PI * r * r * r * part);
+            }
+        }
+    }
+    free(place);
+    return RY_OK;
+}
 
 ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length, double d, int threads,
                             int window, ry_error *error)
@@ -52,8 +84,12 @@ ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length,
     if (m->impulse == NULL || m->middle == NULL) {
         return ry_no_memory(error, 2 * n * sizeof(double));
     }
+    m->still = ry_array(row_length(m), sizeof(double));
     m->sums = ry_array(((size_t)m->n_blocks + 1) * ROW_COUNT * row_length(m), sizeof(double));
-    return m->sums != NULL ? RY_OK : ry_no_memory(error, (size_t)m->n_blocks * ROW_COUNT * nz * 8);
+    if (m->still == NULL || m->sums == NULL) {
+        return ry_no_memory(error, (size_t)m->n_blocks * ROW_COUNT * nz * 8);
+    }
+    return sum_fixed(m, &state->grains, error);
 }
 
 void ry_measure_free(ry_measure *m)
@@ -65,6 +101,7 @@ void ry_measure_free(ry_measure *m)
     }
     free(m->impulse);
     free(m->middle);
+    free(m->still);
     free(m->sums);
     *m = (ry_measure){0};
 }
@@ -86,15 +123,18 @@ typedef struct ry_measure_task {
     const int32_t *place;
 } ry_measure_task;
 
+RY_CLONES static void add_up(double *restrict sum, const double *restrict value, int32_t begin, int32_t end)
+{
+    for (int32_t k = begin; k < end; k++) {
+        sum[k] += value[k];
+    }
+}
+
 static void tally(void *context, int32_t begin, int32_t end, int thread)
 {
     const ry_measure_task *const t = context;
-    const double *restrict const cx = t->motion->cx;
-    double *restrict const impulse = t->measure->impulse;
     (void)thread;
-    for (int32_t k = begin; k < end; k++) {
-        impulse[k] += cx[k];
-    }
+    add_up(t->measure->impulse, t->motion->cx, begin, end);
 }
 
 void ry_measure_tally(ry_measure *m, const ry_state *state, const ry_motion *motion)
@@ -109,61 +149,54 @@ void ry_measure_tally(ry_measure *m, const ry_state *state, const ry_motion *mot
 
 /* ---- one grain ------------------------------------------------------------------------------- */
 
-RY_INLINE void add_volumes(const ry_measure *m, double *sums, double z, double r, double vx, int moving)
+/* A sphere against the column; t: heights in radii above its centre. */
+typedef struct ry_reach {
+    ry_span span;        /* cells, and planes at their feet, that it reaches: 0 .. nz */
+    double z, r, per_r;  /* [m], [1/m] */
+    double step;         /* height of a cell in t */
+} ry_reach;
+
+RY_INLINE ry_reach reach(const ry_measure *m, double per_dz, double z, double r)
 {
-    const double volume = 4.0 / 3.0 * M_PI * r * r * r, mobile = moving ? volume : 0.0;
-    const ry_span span = ry_slice_span(z, r, 1.0 / m->dz, m->nz);
-    double *const phi = row(m, sums, ROW_PHI), *const free = row(m, sums, ROW_MOVING);
-    double *const transport = row(m, sums, ROW_TRANSPORT);
-    for (int32_t first = span.first; first <= span.last; first += RY_SLICES) {
-        double parts[RY_SLICES];
-        ry_slice_parts((first * m->dz - z) / r, m->dz / r, parts);
-        for (int32_t k = 0; k < RY_SLICES; k++) {
-            phi[first + k] += volume * parts[k];
-        }
-        for (int32_t k = 0; k < RY_SLICES; k++) {
-            free[first + k] += mobile * parts[k];
-        }
-        for (int32_t k = 0; k < RY_SLICES; k++) {
-            transport[first + k] += mobile * vx * parts[k];
+    const double per_r = 1.0 / r;
+    return (ry_reach){ry_slice_span(z, r, per_dz, m->nz + 1), z, r, per_r, m->dz * per_r};
+}
+
+/* Volume and its transport to the cells, momentum to the planes. `flux`: m u w. */
+RY_INLINE void add_volumes(const ry_measure *m, double *sums, const ry_reach *at, double volume, double vx, double flux)
+{
+    double *const moving = row(m, sums, ROW_MOVING), *const transport = row(m, sums, ROW_TRANSPORT);
+    double *const slice = row(m, sums, ROW_SLICE);
+    const double carried = volume * vx, peak = flux * 0.75 * at->per_r;
+    for (int32_t first = at->span.first; first <= at->span.last; first += RY_SLICES) {
+        const double t = (first * m->dz - at->z) * at->per_r;
+        for (int32_t four = 0; four < RY_SLICE_FOURS; four++) {
+            const ry_slices s = ry_slice_cut(t, at->step, four);
+            const int32_t cell = first + 4 * four;
+            ry_slice_add(moving + cell, volume * s.part);
+            ry_slice_add(transport + cell, carried * s.part);
+            ry_slice_add(slice + cell, peak * (1.0 - s.foot * s.foot));
         }
     }
 }
 
-/* Planes at the feet of the cells that a grain reaches, plane k at k dz; first > last: none. */
-static ry_span planes(const ry_measure *m, double z, double r)
-{
-    const double low = ceil((z - r) / m->dz), high = floor((z + r) / m->dz);
-    ry_span span;
-    span.first = low > 0.0 ? (int32_t)fmin(low, m->nz + 1) : 0;
-    span.last = high < m->nz ? (int32_t)fmax(high, -1.0) : m->nz;
-    return span;
-}
-
-/* `contact`, `fluid`: forces along x on a grain at z. */
-static void add_forces(const ry_measure *m, double *sums, double z, double r, double contact, double fluid)
+/* `contact`, `fluid`: forces along x. */
+RY_INLINE void add_forces(const ry_measure *m, double *sums, const ry_reach *at, double contact, double fluid)
 {
     double *const step = row(m, sums, ROW_STEP), *const fluid_step = row(m, sums, ROW_FLUID_STEP);
-    const ry_span span = planes(m, z, r);
-    double above = 1.0; /* part of the grain above the plane before */
-    for (int32_t k = span.first; k <= span.last + 1; k++) {
-        const double here = k > span.last ? 0.0 : 1.0 - ry_slice_below((k * m->dz - z) / r);
-        if (k > 0) { /* between the planes k-1 and k */
-            step[k - 1] += contact * (above - here);
-            fluid_step[k - 1] += fluid * (above - here);
+    const double top = m->nz * m->dz;
+    for (int32_t first = at->span.first; first <= at->span.last; first += RY_SLICES) {
+        const double t = (first * m->dz - at->z) * at->per_r;
+        for (int32_t four = 0; four < RY_SLICE_FOURS; four++) {
+            const ry_four part = ry_slice_cut(t, at->step, four).part;
+            ry_slice_add(step + first + 4 * four, contact * part);
+            ry_slice_add(fluid_step + first + 4 * four, fluid * part);
         }
-        above = here;
     }
-}
-
-/* `flux`: m u w of a grain at z. */
-static void add_flux(const ry_measure *m, double *sums, double z, double r, double flux)
-{
-    double *const slice = row(m, sums, ROW_SLICE);
-    const ry_span span = planes(m, z, r);
-    for (int32_t k = span.first; k <= span.last; k++) {
-        const double t = (k * m->dz - z) / r;
-        slice[k] += flux * 0.75 / r * (1.0 - t * t);
+    if (at->z + at->r > top) {
+        const double above = 1.0 - ry_slice_below((top - at->z) * at->per_r);
+        step[above_top(m)] += contact * above;
+        fluid_step[above_top(m)] += fluid * above;
     }
 }
 
@@ -174,16 +207,17 @@ RY_CLONES static void sum_block(const ry_measure *m, const ry_state *state, cons
     double *const sums = m->sums + (size_t)block * ROW_COUNT * row_length(m);
     const int32_t first = block * RY_SUM_BLOCK;
     const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
+    const double per_dz = 1.0 / m->dz, per_dt = 1.0 / motion->dt, per_tally = per_dt / m->tallied;
     memset(sums, 0, ROW_COUNT * row_length(m) * sizeof *sums);
     for (int32_t id = first; id < end; id++) {
         const int32_t k = place[id];
-        const double im = motion->im[k];
-        add_volumes(m, sums, g->z[k], g->radius[k], g->vx[k], im != 0.0);
-        if (im != 0.0) {
-            add_forces(m, sums, m->middle[k], g->radius[k], m->impulse[k] / (m->tallied * motion->dt),
-                       motion->gx[k] / (im * motion->dt));
-            add_flux(m, sums, g->z[k], g->radius[k], g->vx[k] * g->vz[k] / im);
+        if (motion->im[k] == 0.0) {
+            continue; /* in `still`, and nothing acts through it */
         }
+        const double r = g->radius[k], mass = 1.0 / motion->im[k];
+        const ry_reach now = reach(m, per_dz, g->z[k], r), halfway = reach(m, per_dz, m->middle[k], r);
+        add_volumes(m, sums, &now, 4.0 / 3.0 * M_PI * r * r * r, g->vx[k], mass * g->vx[k] * g->vz[k]);
+        add_forces(m, sums, &halfway, m->impulse[k] * per_tally, motion->gx[k] * mass * per_dt);
     }
 }
 
@@ -220,13 +254,13 @@ void ry_measure_add(ry_measure *m, const ry_state *state, const ry_motion *motio
     double *const total = sum_grains(m, state, motion, place);
     const double per_area = 1.0 / (m->length * m->d), per_cell = per_area / m->dz;
     const double *const slice = row(m, total, ROW_SLICE);
-    double contact = row(m, total, ROW_STEP)[m->nz], fluid = row(m, total, ROW_FLUID_STEP)[m->nz];
+    double contact = row(m, total, ROW_STEP)[above_top(m)], fluid = row(m, total, ROW_FLUID_STEP)[above_top(m)];
     double grain_above = contact + slice[m->nz], fluid_above = fluid;
     for (int32_t k = m->nz - 1; k >= 0; k--) { /* a cell gets the mean of the planes at its ends */
         contact += row(m, total, ROW_STEP)[k];
         fluid += row(m, total, ROW_FLUID_STEP)[k];
         const double grain_here = contact + slice[k];
-        m->phi[k] += row(m, total, ROW_PHI)[k] * per_cell;
+        m->phi[k] += (m->still[k] + row(m, total, ROW_MOVING)[k]) * per_cell;
         m->moving[k] += row(m, total, ROW_MOVING)[k] * per_cell;
         m->transport[k] += row(m, total, ROW_TRANSPORT)[k] * per_cell;
         m->tau_grain[k] -= 0.5 * (grain_above + grain_here) * per_area;

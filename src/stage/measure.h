@@ -24,6 +24,7 @@ typedef struct ry_measure {
     double *middle;      /* height of each grain halfway since then [m] */
     int32_t window;      /* steps between samples, as planned */
     int32_t tallied;     /* steps since the last sample, as it came */
+    double *still;       /* volumes of the fixed grains in the cells [m^3] */
     double *sums;        /* scratch */
 } ry_measure;
 

@@ -9,6 +9,7 @@
 #include <stdint.h>
 
 #include "base/parallel.h"
+#include "stage/four.h"
 
 /* Part of a sphere that lies below t radii above its centre, -1 <= t <= 1 beyond which it is 0 or 1. */
 RY_INLINE double ry_slice_below(double t)
@@ -17,18 +18,39 @@ RY_INLINE double ry_slice_below(double t)
     return 0.25 * (2.0 + c * (3.0 - c * c));
 }
 
-/* Parts of a sphere in the RY_SLICES cells from `first` on; cells beyond the sphere get 0. `t`: the
- * foot of the first cell in radii above the centre, `step`: the height of a cell in radii. */
-enum { RY_SLICES = 8 };
-RY_INLINE void ry_slice_parts(double t, double step, double *parts)
+/* Four heights at once; written in vectors because the compiler makes branches of it otherwise. */
+RY_INLINE ry_four ry_slice_clamp4(ry_four t)
 {
-    double below[RY_SLICES + 1];
-    for (int32_t k = 0; k <= RY_SLICES; k++) {
-        below[k] = ry_slice_below(t + k * step);
-    }
-    for (int32_t k = 0; k < RY_SLICES; k++) {
-        parts[k] = below[k + 1] - below[k];
-    }
+    const ry_four one = {1.0, 1.0, 1.0, 1.0};
+    const ry_four c = ry_four_select(t < -one, -one, t);
+    return ry_four_select(c > one, one, c);
+}
+
+RY_INLINE ry_four ry_slice_below4(ry_four c)
+{
+    return 0.25 * (2.0 + c * (3.0 - c * c));
+}
+
+/* Cells are worked on in runs of RY_SLICES, fours of them at a time. Of one four: the heights of the feet of its cells,
+ * cut off where the sphere ends, and the parts of the sphere in them. */
+enum { RY_SLICES = 8, RY_SLICE_FOURS = RY_SLICES / 4 };
+typedef struct ry_slices {
+    ry_four foot, part;
+} ry_slices;
+
+/* `t`: the foot of the first cell of the run in radii above the centre, `step`: the height of a cell in radii. */
+RY_INLINE ry_slices ry_slice_cut(double t, double step, int32_t four)
+{
+    const ry_four k = {4.0 * four, 4.0 * four + 1.0, 4.0 * four + 2.0, 4.0 * four + 3.0};
+    ry_slices s;
+    s.foot = ry_slice_clamp4(t + k * step);
+    s.part = ry_slice_below4(ry_slice_clamp4(t + (k + 1.0) * step)) - ry_slice_below4(s.foot);
+    return s;
+}
+
+RY_INLINE void ry_slice_add(double *row, ry_four value)
+{
+    ry_four_store(row, ry_four_load(row) + value);
 }
 
 /* Cells first .. last of a column of nz cells that a sphere reaches; first > last: none. */
