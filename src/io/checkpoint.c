@@ -209,7 +209,32 @@ int ry_checkpoint_write(const ry_h5 *file, int slot, int64_t sequence, const ry_
                : -1;
 }
 
+int ry_checkpoint_write_window(const ry_h5 *file, int slot, const double *values, int64_t n)
+{
+    const ry_h5_shape shape = {H5T_NATIVE_DOUBLE, 1, {(hsize_t)n}};
+    char path[100];
+    snprintf(path, sizeof path, "%s/window", slot_path(slot));
+    return ry_h5_set_integer(file->id, slot_path(slot), "window", n) == 0 &&
+                   (n == 0 || ry_h5_write(file->id, path, &shape, values) == 0)
+               ? 0
+               : -1;
+}
+
 /* --- reading --- */
+
+int ry_checkpoint_read_window(hid_t file, int slot, double **values, int64_t *n)
+{
+    char path[100];
+    snprintf(path, sizeof path, "%s/window", slot_path(slot));
+    *values = NULL;
+    *n = 0;
+    if (ry_h5_get_integer(file, slot_path(slot), "window", n) != 0 || *n <= 0) {
+        *n = 0; /* files of older programs have none */
+        return 0;
+    }
+    *values = ry_array((size_t)*n, sizeof **values);
+    return *values != NULL ? ry_h5_read(file, path, H5T_NATIVE_DOUBLE, (hsize_t)*n, *values) : -1;
+}
 
 static int read_first(hid_t file, const char *path, hid_t type, int64_t n, void *data)
 {

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * A result from its begin to its end: the head of the file, rows in memory, flush and finish. Every
- * change of the file is one ry_h5_open .. ry_h5_close, which happens as a whole or not at all. */
+ * A result from its begin on: the head of the file, and rows in memory; flush.c brings them to the disk. */
 #include "io/result.h"
 
 #include <errno.h>
@@ -27,7 +26,7 @@ static void add_frame_columns(ry_result *result)
 {
 #define ADD(name, type, components, unit, only_periodic, field, text)                            \
     if ((result->fields & field) != 0 && (!(only_periodic) || result->periodic)) {               \
-        ry_table_add(&result->frames, GRAINS "/" #name, unit, text, type, components, result->n, \
+        ry_table_add(&result->rows.frames, GRAINS "/" #name, unit, text, type, components, result->n, \
                      components);                                                                \
     }
     RY_LIST_frame(ADD);
@@ -38,12 +37,12 @@ static void add_series_columns(ry_result *result)
 {
 #define ADD(member, path, unit, field, text)                                         \
     if ((result->fields & field) != 0) {                                             \
-        ry_table_add(&result->series, path, unit, text, H5T_NATIVE_DOUBLE, 0, 0, 0); \
+        ry_table_add(&result->rows.series, path, unit, text, H5T_NATIVE_DOUBLE, 0, 0, 0); \
     }
     RY_LIST_series(ADD);
 #undef ADD
     if ((result->fields & RY_FIELD_FLUX) == 0) {
-        ry_table_add(&result->series, RY_HIDDEN_FLUX, "1", "for the mean flux of a resumed run",
+        ry_table_add(&result->rows.series, RY_HIDDEN_FLUX, "1", "for the mean flux of a resumed run",
                      H5T_NATIVE_DOUBLE, 0, 0, 0);
     }
 }
@@ -52,7 +51,7 @@ void ry_result_add_profiles(ry_result *result, int32_t nz)
 {
     result->nz = nz;
 #define ADD(name, unit, text)                                                        \
-    ry_table_add(&result->profiles, "observables/profile_series/" #name, unit, text, \
+    ry_table_add(&result->rows.profiles, "observables/profile_series/" #name, unit, text, \
                  H5T_NATIVE_DOUBLE, 1, nz, 0);
     RY_LIST_profile(ADD);
 #undef ADD
@@ -79,12 +78,19 @@ ry_result *ry_result_new(const char *path, const ry_config *config, const ry_sta
         ry_no_memory(error, strlen(path));
         return NULL;
     }
-    ry_table_init(&result->frames, derived.steps_end / derived.steps_frame + 1);
-    ry_table_init(&result->profiles, derived.steps_end / derived.steps_frame + 1);
-    ry_table_init(&result->series, derived.steps_end / derived.steps_series + 1);
+    ry_table_init(&result->rows.frames, derived.steps_end / derived.steps_frame + 1);
+    ry_table_init(&result->rows.profiles, derived.steps_end / derived.steps_frame + 1);
+    ry_table_init(&result->rows.series, derived.steps_end / derived.steps_series + 1);
     add_frame_columns(result);
     add_series_columns(result);
     return result;
+}
+
+static void free_rows(ry_rows *rows)
+{
+    ry_table_free(&rows->frames);
+    ry_table_free(&rows->profiles);
+    ry_table_free(&rows->series);
 }
 
 void ry_result_close(ry_result *result)
@@ -92,9 +98,12 @@ void ry_result_close(ry_result *result)
     if (result == NULL) {
         return;
     }
-    ry_table_free(&result->frames);
-    ry_table_free(&result->profiles);
-    ry_table_free(&result->series);
+    ry_writer_stop(result->writer);
+    free_rows(&result->rows);
+    free_rows(&result->batch.rows);
+    ry_state_free(&result->batch.copy);
+    free(result->batch.window);
+    free(result->window);
     if (result->fd >= 0) {
         close(result->fd);
     }
@@ -188,8 +197,8 @@ static int write_head(ry_result *result, const ry_h5 *file, const ry_config *con
                    ry_h5_make_group(file->id, "checkpoint") == 0 &&
                    ry_h5_set_integer(file->id, "checkpoint", "finished", 0) == 0 &&
                    ry_parameters_write(file->id, config) == 0 &&
-                   ry_table_append(&result->frames, file) == 0 &&
-                   ry_table_append(&result->series, file) == 0
+                   ry_table_append(&result->rows.frames, file) == 0 &&
+                   ry_table_append(&result->rows.series, file) == 0
                ? 0
                : -1;
 }
@@ -251,8 +260,8 @@ ry_status ry_result_create(ry_result **result, const char *path, const ry_config
         ry_result_close(made);
         return status;
     }
-    ry_table_clear(&made->frames);
-    ry_table_clear(&made->series);
+    ry_table_clear(&made->rows.frames);
+    ry_table_clear(&made->rows.series);
     *result = made;
     return RY_OK;
 }
@@ -261,8 +270,8 @@ ry_status ry_result_create(ry_result **result, const char *path, const ry_config
 
 static ry_status flush_if_full(ry_result *result, ry_error *error)
 {
-    const size_t bytes = ry_table_bytes(&result->frames) + ry_table_bytes(&result->profiles) +
-                         ry_table_bytes(&result->series);
+    const size_t bytes = ry_table_bytes(&result->rows.frames) + ry_table_bytes(&result->rows.profiles) +
+                         ry_table_bytes(&result->rows.series);
     return bytes > FLUSH_BYTES ? ry_result_flush(result, NULL, error) : RY_OK;
 }
 
@@ -291,10 +300,10 @@ static void fill_spin(const ry_grains *grains, int32_t k, double *to)
 
 ry_status ry_result_frame(ry_result *result, const ry_state *state, ry_error *error)
 {
-    if (result->frames.n_columns == 0) {
+    if (result->rows.frames.n_columns == 0) {
         return RY_OK;
     }
-    const int begun = ry_table_begin(&result->frames, state->step, state->time);
+    const int begun = ry_table_begin(&result->rows.frames, state->step, state->time);
     if (begun <= 0) {
         return begun < 0 ? ry_no_memory(error, 0) : RY_OK;
     }
@@ -302,9 +311,9 @@ ry_status ry_result_frame(ry_result *result, const ry_state *state, ry_error *er
     int column = 0;
 #define FILL(name, type, components, unit, only_periodic, field, text)                    \
     if ((result->fields & field) != 0 && (!(only_periodic) || result->periodic)) {        \
-        void *const row = ry_table_cell(&result->frames, column++);                       \
+        const size_t item = (components)*result->rows.frames.column[column].item;         \
+        void *const row = ry_table_cell(&result->rows.frames, column++);                  \
         for (int32_t k = 0; k < grains->n; ++k) {                                         \
-            const size_t item = (components)*H5Tget_size(type);                           \
             fill_##name(grains, k, (void *)((char *)row + (size_t)grains->id[k] * item)); \
         }                                                                                 \
     }
@@ -319,7 +328,8 @@ ry_status ry_result_profile(ry_result *result, const ry_state *state, const ry_p
     if ((result->fields & RY_FIELD_PROFILE) == 0 || profile->nz <= 0) {
         return RY_OK;
     }
-    if (result->profiles.n_columns == 0) {
+    if (result->rows.profiles.n_columns == 0) {
+        RY_TRY(ry_result_wait(result, error)); /* HDF5 tells the size of a number */
         ry_result_add_profiles(result, profile->nz);
         result->dz = profile->dz;
     }
@@ -327,13 +337,13 @@ ry_status ry_result_profile(ry_result *result, const ry_state *state, const ry_p
         return ry_fail(error, RY_BAD_INPUT, "a profile has %d cells, the ones before had %d",
                        profile->nz, result->nz);
     }
-    const int begun = ry_table_begin(&result->profiles, state->step, state->time);
+    const int begun = ry_table_begin(&result->rows.profiles, state->step, state->time);
     if (begun <= 0) {
         return begun < 0 ? ry_no_memory(error, 0) : RY_OK;
     }
     int column = 0;
 #define FILL(name, unit, text)                                        \
-    memcpy(ry_table_cell(&result->profiles, column++), profile->name, \
+    memcpy(ry_table_cell(&result->rows.profiles, column++), profile->name, \
            (size_t)profile->nz * sizeof(double));
     RY_LIST_profile(FILL);
 #undef FILL
@@ -343,7 +353,10 @@ ry_status ry_result_profile(ry_result *result, const ry_state *state, const ry_p
 ry_status ry_result_sample(ry_result *result, const ry_state *state, const ry_sample *sample,
                            ry_error *error)
 {
-    const int begun = ry_table_begin(&result->series, state->step, state->time);
+    if (!ry_result_is_busy(result)) {
+        RY_TRY(ry_result_wait(result, error)); /* a failure is told at once */
+    }
+    const int begun = ry_table_begin(&result->rows.series, state->step, state->time);
     if (begun <= 0) {
         return begun < 0 ? ry_no_memory(error, 0) : RY_OK;
     }
@@ -353,104 +366,39 @@ ry_status ry_result_sample(ry_result *result, const ry_state *state, const ry_sa
     int column = 0;
 #define FILL(member, path, unit, field, text)                                 \
     if ((result->fields & field) != 0) {                                      \
-        *(double *)ry_table_cell(&result->series, column++) = sample->member; \
+        *(double *)ry_table_cell(&result->rows.series, column++) = sample->member; \
     }
     RY_LIST_series(FILL);
 #undef FILL
     if ((result->fields & RY_FIELD_FLUX) == 0) {
-        *(double *)ry_table_cell(&result->series, column) = sample->q_star;
+        *(double *)ry_table_cell(&result->rows.series, column) = sample->q_star;
     }
     return flush_if_full(result, error);
+}
+
+ry_status ry_result_put_window(ry_result *result, const double *values, int64_t n, ry_error *error)
+{
+    double *const window = n > 0 ? ry_array((size_t)n, sizeof *window) : NULL;
+    if (n > 0 && window == NULL) {
+        return ry_no_memory(error, (size_t)n * sizeof *window);
+    }
+    if (n > 0) {
+        memcpy(window, values, (size_t)n * sizeof *window);
+    }
+    free(result->window);
+    result->window = window;
+    result->n_window = n;
+    return RY_OK;
+}
+
+const double *ry_result_get_window(const ry_result *result, int64_t *n)
+{
+    *n = result->n_window;
+    return result->window;
 }
 
 const double *ry_result_flux_series(const ry_result *result, int64_t *n)
 {
     *n = (int64_t)result->n_flux;
     return result->flux;
-}
-
-/* --- to the disk --- */
-
-static int append_profiles(ry_result *result, const ry_h5 *file)
-{
-    if (result->profiles.n_columns == 0) {
-        return 0;
-    }
-    return ry_table_append(&result->profiles, file) == 0 &&
-                   ry_h5_set_number(file->id, "observables/profile_series", "cell_height",
-                                    result->dz) == 0
-               ? 0
-               : -1;
-}
-
-static int append_all(ry_result *result, const ry_h5 *file, const ry_state *checkpoint)
-{
-    return ry_table_append(&result->frames, file) == 0 && append_profiles(result, file) == 0 &&
-                   ry_table_append(&result->series, file) == 0 &&
-                   (checkpoint == NULL ||
-                    ry_checkpoint_write(file, result->slot == 0, result->sequence + 1,
-                                        checkpoint) == 0)
-               ? 0
-               : -1;
-}
-
-static ry_status open_to_change(ry_result *result, ry_h5 *file, ry_error *error)
-{
-    if (result->broken) {
-        return ry_fail(error, RY_BAD_FILE, "%s: writing failed before", result->part);
-    }
-    const ry_status status = ry_h5_open(file, result->part, result->fd, RY_H5_CHANGE, error);
-    result->broken = status != RY_OK;
-    return status;
-}
-
-ry_status ry_result_flush(ry_result *result, const ry_state *checkpoint, ry_error *error)
-{
-    ry_h5 file;
-    RY_TRY(open_to_change(result, &file, error));
-    const int failed = append_all(result, &file, checkpoint);
-    const ry_status status = ry_h5_close(&file, failed, "append to it", error);
-    if (status != RY_OK) {
-        result->broken = 1;
-        return status;
-    }
-    ry_table_clear(&result->frames);
-    ry_table_clear(&result->profiles);
-    ry_table_clear(&result->series);
-    if (checkpoint != NULL) {
-        result->slot = result->slot == 0;
-        ++result->sequence;
-    }
-    return RY_OK;
-}
-
-static ry_status mark_finished(ry_result *result, ry_error *error)
-{
-    ry_h5 file;
-    RY_TRY(open_to_change(result, &file, error));
-    return ry_h5_close(&file, ry_h5_set_integer(file.id, "checkpoint", "finished", 1), "end it",
-                       error);
-}
-
-static ry_status finish(ry_result *result, const ry_state *state, ry_error *error)
-{
-    RY_TRY(ry_result_flush(result, state, error));
-    RY_TRY(mark_finished(result, error));
-    if (!result->replace && access(result->path, F_OK) == 0) {
-        return ry_fail(error, RY_BAD_FILE,
-                       "%s: was made by someone else meanwhile; the result is in %s", result->path,
-                       result->part);
-    }
-    if (rename(result->part, result->path) != 0) {
-        return ry_fail(error, RY_BAD_FILE, "%s: can't be renamed to %s: %s", result->part,
-                       result->path, strerror(errno));
-    }
-    return ry_xdmf_write(result->path, 1, error);
-}
-
-ry_status ry_result_finish(ry_result *result, const ry_state *state, ry_error *error)
-{
-    const ry_status status = finish(result, state, error);
-    ry_result_close(result);
-    return status;
 }

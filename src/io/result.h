@@ -4,7 +4,8 @@
  * The result file (H5MD 1.1), written while a run goes on. The file is OUT.h5.part until
  * ry_result_finish renames it to OUT.h5. Frames and samples are collected in memory and appended by
  * ry_result_flush, which opens, appends and closes, so that at any other moment the file on disk is
- * whole and any reader can open it. The only module that knows HDF5, with io/checkpoint.c. */
+ * whole and any reader can open it. HDF5 is used by one thread at a time: by the writer, or, when it is
+ * idle, by the caller. The only module that knows HDF5, with io/checkpoint.c. */
 #ifndef RY_IO_RESULT_H
 #define RY_IO_RESULT_H
 
@@ -28,8 +29,8 @@ typedef struct ry_summary {
     long long samples;
     const char *equilibration_method; /* one sentence */
     int stopped_early;
-    long long n_profiles_averaged;
-    ry_profile profile; /* mean over the frames after equilibration; nz = 0: none */
+    int has_profile;     /* with the mean of the profiles of the frames after `profile_from` [s] */
+    double profile_from;
 } ry_summary;
 
 /* What a run cost; /cost. */
@@ -63,15 +64,21 @@ ry_status ry_result_sample(ry_result *result, const ry_state *state, const ry_sa
 
 /* The buffered q_star series from the start of the run (also what was read at resume), for the analysis. */
 const double *ry_result_flux_series(const ry_result *result, int64_t *n);
-/* Mean of the profiles of the frames after `time`. The arrays belong to `result`. */
-ry_profile ry_result_mean_profile(ry_result *result, double time, long long *n_averaged);
 
-/* Appends the buffers to the file. With `checkpoint` also writes the state, into the older of two
- * slots, so that a kill at any moment leaves one whole. */
+/* Summary and cost go into the file with the next flush. */
+void ry_result_summary(ry_result *result, const ry_summary *summary, const ry_cost *cost);
+
+/* Numbers that the next checkpoint shall hold beside the state (n = 0: none), and those of the checkpoint that was
+ * resumed from: what is measured over a while, and not finished. */
+ry_status ry_result_put_window(ry_result *result, const double *values, int64_t n, ry_error *error);
+const double *ry_result_get_window(const ry_result *result, int64_t *n);
+
+/* Appends the buffers to the file. With `checkpoint` also writes a copy of the state, into the older of two
+ * slots, so that a kill at any moment leaves one whole. A thread of its own does it, while the caller goes
+ * on: what came of it is told by the next call, or by ry_result_wait. Waits if the last flush goes on still. */
 ry_status ry_result_flush(ry_result *result, const ry_state *checkpoint, ry_error *error);
-
-/* Writes summary and cost (may be called often). */
-ry_status ry_result_summary(ry_result *result, const ry_summary *summary, const ry_cost *cost, ry_error *error);
+int ry_result_is_busy(const ry_result *result);
+ry_status ry_result_wait(ry_result *result, ry_error *error);
 
 /* Flushes with a checkpoint, renames to OUT.h5, writes OUT.xdmf beside it, frees. */
 ry_status ry_result_finish(ry_result *result, const ry_state *state, ry_error *error);

@@ -9,10 +9,29 @@
 #include "io/h5.h"
 #include "io/result.h"
 #include "io/table.h"
+#include "io/writer.h"
 
 /* Raised when a file written before can't be understood any more. */
 enum { RY_FILE_FORMAT = 1 };
 
+typedef struct ry_rows {
+    ry_table frames, profiles, series;
+} ry_rows;
+
+/* What is on its way to the file. The writer's while it is busy. */
+typedef struct ry_batch {
+    ry_rows rows;
+    const ry_state *checkpoint; /* NULL: none is written; mostly `copy` */
+    ry_state copy;
+    double *window; /* see ry_result_put_window */
+    int64_t n_window;
+    int has_summary, finished;
+    ry_summary summary;
+    ry_cost cost;
+} ry_batch;
+
+/* Of what a batch needs, the writer may look at what never changes, and has for itself: mean, slot, sequence,
+ * broken. */
 struct ry_result {
     char *path, *part; /* OUT.h5, OUT.h5.part */
     int fd;            /* of part: holds the lock as long as it is open */
@@ -23,7 +42,14 @@ struct ry_result {
     int32_t n;  /* grains */
     int32_t nz; /* cells of the profiles, 0: none so far */
     double dz;  /* their height [m] */
-    ry_table frames, profiles, series;
+    ry_rows rows;      /* being collected */
+    ry_batch batch;
+    ry_writer *writer; /* NULL: none was needed so far, or no thread can be had */
+    int has_summary;   /* for the next batch */
+    ry_summary summary;
+    ry_cost cost;
+    double *window;    /* for the next checkpoint */
+    int64_t n_window;
     double *mean; /* the mean profiles */
     double *flux; /* q_star of all samples */
     size_t n_flux, flux_capacity;
@@ -35,6 +61,8 @@ struct ry_result {
 ry_result *ry_result_new(const char *path, const ry_config *config, const ry_state *state,
                          ry_error *error);
 void ry_result_add_profiles(ry_result *result, int32_t nz);
+/* summary.c: writes summary and cost of the batch. */
+int ry_result_write_summary(ry_result *result, hid_t file);
 
 /* lock.c: opens OUT.h5.part with an exclusive lock that dies with the process. `create`: makes the
  * file if it isn't there. *fd is -1 if it isn't there. RY_BAD_FILE "in use by another run". */
@@ -59,6 +87,9 @@ ry_status ry_parameters_check_ours(hid_t file, const char *name, ry_error *error
 
 /* checkpoint.c */
 int ry_checkpoint_write(const ry_h5 *file, int slot, int64_t sequence, const ry_state *state);
+/* Numbers that belong to the checkpoint in this slot; n = 0: none. */
+int ry_checkpoint_write_window(const ry_h5 *file, int slot, const double *values, int64_t n);
+int ry_checkpoint_read_window(hid_t file, int slot, double **values, int64_t *n);
 /* The newest whole checkpoint: 1 found, 0 there is none, -1 there are only damaged ones. */
 int ry_checkpoint_read(hid_t file, ry_state *state, int *slot, int64_t *sequence);
 

@@ -88,14 +88,15 @@ static int resume_profiles(ry_result *result, hid_t file, int64_t step)
         return -1;
     }
     ry_result_add_profiles(result, (int32_t)shape.size[1]);
-    return ry_table_resume(&result->profiles, file, step);
+    return ry_table_resume(&result->rows.profiles, file, step);
 }
 
 static int resume_all(ry_result *result, hid_t file, const ry_config *config, int64_t step)
 {
-    return ry_table_resume(&result->frames, file, step) == 0 &&
-                   ry_table_resume(&result->series, file, step) == 0 &&
+    return ry_table_resume(&result->rows.frames, file, step) == 0 &&
+                   ry_table_resume(&result->rows.series, file, step) == 0 &&
                    resume_profiles(result, file, step) == 0 && resume_flux(result, file) == 0 &&
+                   ry_checkpoint_read_window(file, result->slot, &result->window, &result->n_window) == 0 &&
                    ry_h5_set_integer(file, "checkpoint", "finished", 0) == 0 &&
                    ry_parameters_write(file, config) == 0
                ? 0

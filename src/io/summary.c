@@ -61,9 +61,8 @@ static int write_heights(hid_t file, const char *path, int nz, double dz)
     return written;
 }
 
-static int write_profile(hid_t file, const ry_summary *summary)
+static int write_profile(hid_t file, const ry_profile *profile, int64_t n_averaged)
 {
-    const ry_profile *const profile = &summary->profile;
     if (profile->nz <= 0) {
         return 0;
     }
@@ -77,7 +76,7 @@ static int write_profile(hid_t file, const ry_summary *summary)
     }
     RY_LIST_profile(WRITE);
 #undef WRITE
-    return ry_h5_set_integer(file, "observables/profile", "frames", summary->n_profiles_averaged);
+    return ry_h5_set_integer(file, "observables/profile", "frames", n_averaged);
 }
 
 static int write_cost(hid_t file, const ry_cost *cost)
@@ -93,22 +92,6 @@ static int write_cost(hid_t file, const ry_cost *cost)
                                   cost->stage_seconds[k]) != 0;
     }
     return failed ? -1 : 0;
-}
-
-ry_status ry_result_summary(ry_result *result, const ry_summary *summary, const ry_cost *cost,
-                            ry_error *error)
-{
-    ry_h5 file;
-    if (result->broken) {
-        return ry_fail(error, RY_BAD_FILE, "%s: writing failed before", result->part);
-    }
-    RY_TRY(ry_h5_open(&file, result->part, result->fd, RY_H5_CHANGE, error));
-    const int failed = (summary != NULL && (write_flux(file.id, summary) != 0 ||
-                                            write_profile(file.id, summary) != 0)) ||
-                       (cost != NULL && write_cost(file.id, cost) != 0);
-    const ry_status status = ry_h5_close(&file, failed, "write the summary", error);
-    result->broken = status != RY_OK;
-    return status;
 }
 
 /* --- mean profile --- */
@@ -184,24 +167,16 @@ static int add_from_file(const ry_result *result, hid_t file, const char *elemen
 /* The velocity of the grains is weighted by their volume: frames in which no grain is in a cell don't count there. */
 static double *mean_of_column(ry_result *result, hid_t file, int k, double time, int64_t *count)
 {
-    const ry_table *const table = &result->profiles;
+    const ry_table *const table = &result->batch.rows.profiles;
     const ry_table_column *const column = &table->column[k];
     const ry_table_column *const weight = k == COLUMN_u_grain ? &table->column[COLUMN_phi] : NULL;
     const int nz = result->nz;
     double *const total = result->mean + (size_t)k * (size_t)nz;
     memset(total, 0, (size_t)nz * sizeof *total);
     *count = 0;
-    if (file >= 0 &&
-        add_from_file(result, file, column->path, weight != NULL ? weight->path : NULL, time, total, count) != 0) {
+    if (add_from_file(result, file, column->path, weight != NULL ? weight->path : NULL, time, total, count) != 0) {
         *count = 0;
         return total;
-    }
-    for (int64_t row = 0; row < table->rows; ++row) {
-        if (table->time[row] > time) {
-            add_rows(total, nz, (const double *)column->data + row * nz,
-                     weight != NULL ? (const double *)weight->data + row * nz : NULL, 1);
-            ++*count;
-        }
     }
     const double *const phi = result->mean + (size_t)COLUMN_phi * (size_t)nz; /* done before */
     for (int j = 0; j < nz && *count > 0; ++j) {
@@ -211,12 +186,12 @@ static double *mean_of_column(ry_result *result, hid_t file, int k, double time,
     return total;
 }
 
-ry_profile ry_result_mean_profile(ry_result *result, double time, long long *n_averaged)
+/* Of the frames after `time`; nz = 0: there are none. */
+static ry_profile mean_profile(ry_result *result, hid_t file, double time, int64_t *count)
 {
     ry_profile profile = {0};
-    int64_t count = 0;
-    *n_averaged = 0;
-    if (result->nz == 0) {
+    *count = 0;
+    if (result->batch.rows.profiles.n_columns == 0) {
         return profile;
     }
     if (result->mean == NULL) {
@@ -225,20 +200,27 @@ ry_profile ry_result_mean_profile(ry_result *result, double time, long long *n_a
     if (result->mean == NULL) {
         return profile;
     }
-    ry_h5 file = {.id = -1};
-    const int opened = ry_h5_open(&file, result->part, result->fd, RY_H5_READ, NULL) == RY_OK;
     int column = 0;
-#define MEAN(name, unit, text) \
-    profile.name = mean_of_column(result, file.id, column++, time, &count);
+#define MEAN(name, unit, text) profile.name = mean_of_column(result, file, column++, time, count);
     RY_LIST_profile(MEAN);
 #undef MEAN
-    if (opened) {
-        ry_h5_close(&file, 1, "", NULL);
-    }
-    *n_averaged = count;
     profile.dz = result->dz;
-    profile.nz = count > 0 ? result->nz : 0;
+    profile.nz = *count > 0 ? result->nz : 0;
     return profile;
+}
+
+int ry_result_write_summary(ry_result *result, hid_t file)
+{
+    const ry_summary *const summary = &result->batch.summary;
+    int64_t count = 0;
+    ry_profile profile = {0};
+    if (summary->has_profile) {
+        profile = mean_profile(result, file, summary->profile_from, &count);
+    }
+    return write_flux(file, summary) == 0 && write_profile(file, &profile, count) == 0 &&
+                   write_cost(file, &result->batch.cost) == 0
+               ? 0
+               : -1;
 }
 
 /* --- what a finished run had found --- */

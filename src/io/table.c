@@ -168,6 +168,36 @@ void ry_table_clear(ry_table *table)
     table->made = table->n_columns > 0;
 }
 
+static void swap_columns(ry_table_column *from, ry_table_column *to)
+{
+    const ry_table_column given = *from;
+    from->data = to->data;
+    from->capacity = to->capacity;
+    *to = given;
+}
+
+void ry_table_hand_over(ry_table *from, ry_table *to)
+{
+    const ry_table given = *from, taken = *to;
+    for (int k = 0; k < from->n_columns; ++k) {
+        swap_columns(&from->column[k], &to->column[k]);
+    }
+    from->step = taken.step;
+    from->time = taken.time;
+    from->step_capacity = taken.step_capacity;
+    from->time_capacity = taken.time_capacity;
+    from->rows = 0;
+    to->n_columns = given.n_columns;
+    to->made = given.made || taken.made;
+    to->step = given.step;
+    to->time = given.time;
+    to->step_capacity = given.step_capacity;
+    to->time_capacity = given.time_capacity;
+    to->rows = given.rows;
+    to->last_step = given.last_step;
+    to->expected = given.expected;
+}
+
 /* --- back from the file --- */
 
 static int64_t count_until(const int64_t *steps, int64_t n, int64_t step)

@@ -50,6 +50,10 @@ size_t ry_table_bytes(const ry_table *table);
 int ry_table_append(ry_table *table, const ry_h5 *file);
 void ry_table_clear(ry_table *table);
 
+/* Gives the rows of a table, not yet in the file, to an empty one that has been made by this call before,
+ * or is zero; and takes the memory of its last rows in return. */
+void ry_table_hand_over(ry_table *from, ry_table *to);
+
 /* Cuts the rows behind `step` from the file and takes the table up from there; 0 or -1. */
 int ry_table_resume(ry_table *table, hid_t file, int64_t step);
 

@@ -10,6 +10,7 @@
 
 #include "analysis/statistics.h"
 #include "base/clock.h"
+#include "base/memory.h"
 #include "io/result.h"
 #include "sim/sim.h"
 
@@ -74,7 +75,8 @@ static ry_cost cost_of(const ry_runner *r)
     return cost;
 }
 
-static ry_status write_summary(ry_runner *r, ry_error *error)
+/* It goes into the file with the next flush. */
+static ry_status take_summary(ry_runner *r, ry_error *error)
 {
     const ry_derived *const q = &r->sim->plan.derived;
     const double dt = r->sim->config.time_step;
@@ -87,7 +89,8 @@ static ry_status write_summary(ry_runner *r, ry_error *error)
                           .equilibration_method = equilibration_method,
                           .stopped_early = r->result->stopped_early};
     if (r->sim->plan.has_profile && (r->sim->config.output_fields & RY_FIELD_PROFILE)) {
-        summary.profile = ry_result_mean_profile(r->file, equilibration, &summary.n_profiles_averaged);
+        summary.has_profile = 1;
+        summary.profile_from = equilibration;
     }
     r->result->q_star = summary.q_star_mean;
     r->result->q_star_error = summary.q_star_standard_error;
@@ -95,7 +98,8 @@ static ry_status write_summary(ry_runner *r, ry_error *error)
     r->result->equilibration = equilibration;
     r->result->samples = summary.samples;
     const ry_cost cost = cost_of(r);
-    return ry_result_summary(r->file, &summary, &cost, error);
+    ry_result_summary(r->file, &summary, &cost);
+    return RY_OK;
 }
 
 /* ---- what is due at a step ------------------------------------------------------------------- */
@@ -168,13 +172,36 @@ static ry_status look_at_flux(ry_runner *r, int *enough, ry_error *error)
     return RY_OK;
 }
 
+static int has_profile(const ry_runner *r)
+{
+    return r->sim->plan.has_profile && (r->sim->config.output_fields & RY_FIELD_PROFILE) != 0;
+}
+
+/* The state, and the sums of a profile that isn't finished. */
+static ry_status take_checkpoint(ry_runner *r, ry_error *error)
+{
+    const ry_measure *const m = &r->sim->plan.measure;
+    const int64_t n = has_profile(r) ? ry_measure_saved(m) : 0;
+    RY_TRY(ry_sim_collect(r->sim, error));
+    double *const window = ry_array((size_t)n, sizeof *window);
+    if (window == NULL) {
+        return ry_no_memory(error, (size_t)n * sizeof *window);
+    }
+    if (n > 0) {
+        ry_measure_save(m, r->sim->plan.pairs.place, window);
+    }
+    const ry_status status = ry_result_put_window(r->file, window, n, error);
+    free(window);
+    return status;
+}
+
 static ry_status flush(ry_runner *r, int with_checkpoint, ry_error *error)
 {
     if (with_checkpoint) {
-        RY_TRY(ry_sim_collect(r->sim, error));
+        RY_TRY(take_checkpoint(r, error));
         r->saved = ry_clock();
     }
-    RY_TRY(write_summary(r, error));
+    RY_TRY(take_summary(r, error));
     RY_TRY(ry_result_flush(r->file, with_checkpoint ? &r->sim->state : NULL, error));
     r->flushed = ry_clock();
     return RY_OK;
@@ -183,7 +210,8 @@ static ry_status flush(ry_runner *r, int with_checkpoint, ry_error *error)
 static ry_status flush_when_due(ry_runner *r, ry_error *error)
 {
     const double now = ry_clock();
-    if (r->file == NULL || !is_due(r->sim->state.step, r->sim->plan.derived.steps_frame)) {
+    if (r->file == NULL || !is_due(r->sim->state.step, r->sim->plan.derived.steps_frame) ||
+        ry_result_is_busy(r->file)) { /* then it has time until the next frame */
         return RY_OK;
     }
     if (now - r->saved >= r->sim->config.output_checkpoint) {
@@ -214,20 +242,12 @@ static int64_t next_due(const ry_runner *r)
     return due < r->last ? due : r->last;
 }
 
-/* The sums of the profile since the last frame are in no checkpoint; all else is. */
-static int may_stop(const ry_runner *r)
-{
-    const ry_sim *const sim = r->sim;
-    const int sums = sim->plan.has_profile && (sim->config.output_fields & RY_FIELD_PROFILE) != 0;
-    return r->file == NULL || !sums || is_due(sim->state.step, sim->plan.derived.steps_frame);
-}
-
 /* To the next sample, looking at the clock on the way: a step of a million grains takes its time. */
 static ry_status advance(ry_runner *r, ry_error *error)
 {
     const int64_t due = next_due(r);
     const int64_t chunk = 2000000 / r->sim->state.grains.n + 1;
-    while (r->sim->state.step < due && !(r->stop_asked && may_stop(r))) {
+    while (r->sim->state.step < due && !r->stop_asked) {
         const int64_t left = due - r->sim->state.step;
         RY_TRY(ry_sim_step(r->sim, left < chunk ? left : chunk, error));
         show_progress(r);
@@ -246,7 +266,7 @@ static ry_status loop(ry_runner *r, ry_error *error)
             r->result->stopped_early = 1;
             return RY_OK;
         }
-        if (r->stop_asked && may_stop(r)) {
+        if (r->stop_asked) {
             return r->sim->state.step < r->last ? RY_STOPPED : RY_OK;
         }
         RY_TRY(flush_when_due(r, error));
@@ -271,6 +291,19 @@ static ry_status recall(ry_run_result *result, const char *path, ry_error *error
     return RY_OK;
 }
 
+/* Goes on with the profile that wasn't finished when the state was saved. */
+static ry_status take_up_profile(ry_runner *r, ry_error *error)
+{
+    int64_t n = 0;
+    const double *const window = ry_result_get_window(r->file, &n);
+    if (n > 0 && has_profile(r) &&
+        ry_measure_load(&r->sim->plan.measure, r->sim->plan.pairs.place, window, n) != 0) {
+        return ry_fail(error, RY_BAD_FILE, "%s: damaged: the sums of its profile are of another scene",
+                       r->options->output);
+    }
+    return RY_OK;
+}
+
 static ry_status open_run(ry_runner *r, const ry_config *config, int *finished, ry_error *error)
 {
     const ry_run_options *const o = r->options;
@@ -286,7 +319,10 @@ static ry_status open_run(ry_runner *r, const ry_config *config, int *finished, 
     }
     if (found == 1) {
         r->sim = ry_sim_adopt(config, &state, o->threads, error);
-        return r->sim != NULL ? RY_OK : error->status;
+        if (r->sim == NULL) {
+            return error->status;
+        }
+        return take_up_profile(r, error);
     }
     if (o->resume) {
         snprintf(r->result->note, sizeof r->result->note,
@@ -309,7 +345,11 @@ static ry_status leave(ry_runner *r, ry_status status)
     if (r->file != NULL) {
         if (status == RY_STOPPED || status == RY_UNPHYSICAL) {
             ry_error later = {0};
-            if (flush(r, status == RY_STOPPED || r->sim->keeps_good, &later) != RY_OK) {
+            if (status == RY_UNPHYSICAL && has_profile(r)) {
+                ry_measure_clear(&r->sim->plan.measure); /* the good state is older than these sums */
+            }
+            if (flush(r, status == RY_STOPPED || r->sim->keeps_good, &later) != RY_OK ||
+                ry_result_wait(r->file, &later) != RY_OK) {
                 status = later.status;
             }
         }
@@ -332,9 +372,9 @@ static ry_status run(ry_runner *r, const ry_config *config, ry_error *error)
     RY_TRY(loop(r, error));
     r->result->wall_seconds = ry_clock() - r->started;
     r->result->steps = r->sim->state.step - r->first;
-    RY_TRY(ry_sim_collect(r->sim, error));
     if (r->file != NULL) {
-        RY_TRY(write_summary(r, error));
+        RY_TRY(take_checkpoint(r, error));
+        RY_TRY(take_summary(r, error));
         ry_result *const file = r->file;
         r->file = NULL;
         RY_TRY(ry_result_finish(file, &r->sim->state, error));

@@ -16,45 +16,6 @@ enum { CHECK_EVERY = 256, TIME_EVERY = 13 };
 /* Larger simulations keep no second state in memory: after a failure their last checkpoint is left. */
 enum { MOST_TO_KEEP = 200000 };
 
-/* ---- copies of a state ----------------------------------------------------------------------- */
-
-static ry_status copy_contacts(ry_contacts *to, const ry_contacts *from, ry_error *error)
-{
-    to->is_wet = from->is_wet;
-    RY_TRY(ry_contacts_reserve(to, from->n, error));
-    to->n = from->n;
-#define RY_CONTACT_COPY(type, name, unit, text) \
-    memcpy(to->name, from->name, (size_t)from->n * sizeof(type));
-    if (from->n > 0) {
-        RY_CONTACT_FIELDS(RY_CONTACT_COPY)
-    }
-    if (from->n > 0 && from->is_wet) {
-        RY_WET_FIELDS(RY_CONTACT_COPY)
-    }
-#undef RY_CONTACT_COPY
-    return RY_OK;
-}
-
-/* Both were made for the same scene. */
-static ry_status copy_state(ry_state *to, const ry_state *from, ry_error *error)
-{
-    to->step = from->step;
-    to->time = from->time;
-    const size_t n = (size_t)from->grains.n, nz = (size_t)from->column.nz;
-#define RY_GRAIN_COPY(type, name, unit, text) memcpy(to->grains.name, from->grains.name, n * sizeof(type));
-    RY_GRAIN_FIELDS(RY_GRAIN_COPY)
-#undef RY_GRAIN_COPY
-    to->column.dz = from->column.dz;
-    to->column.bed_level = from->column.bed_level;
-#define RY_COLUMN_COPY(name, unit, text) memcpy(to->column.name, from->column.name, nz * sizeof(double));
-    if (nz > 0) {
-        RY_COLUMN_FIELDS(RY_COLUMN_COPY)
-    }
-#undef RY_COLUMN_COPY
-    to->ledger = from->ledger;
-    return copy_contacts(&to->contacts, &from->contacts, error);
-}
-
 /* ---- order in memory ------------------------------------------------------------------------- */
 
 typedef struct ry_key {
@@ -125,7 +86,7 @@ static ry_status set_up(ry_sim *sim, int threads, ry_error *error)
         const ry_sample first = ry_sim_sample(sim);
         sim->state.ledger.energy_start = total_energy(&first);
     }
-    return sim->keeps_good ? copy_state(&sim->good, state, error) : RY_OK;
+    return sim->keeps_good ? ry_state_copy(&sim->good, state, error) : RY_OK;
 }
 
 ry_sim *ry_sim_adopt(const ry_config *config, ry_state *state, int threads, ry_error *error)
@@ -211,7 +172,7 @@ static ry_status check(ry_sim *sim, ry_error *error)
         return RY_OK;
     }
     RY_TRY(ry_sim_collect(sim, error));
-    return copy_state(&sim->good, &sim->state, error);
+    return ry_state_copy(&sim->good, &sim->state, error);
 }
 
 ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
@@ -223,7 +184,7 @@ ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
         if (sim->state.step % CHECK_EVERY == 0) {
             const ry_status status = check(sim, error);
             if (status == RY_UNPHYSICAL && sim->keeps_good) {
-                copy_state(&sim->state, &sim->good, NULL);
+                ry_state_copy(&sim->state, &sim->good, NULL);
             }
             RY_TRY(status);
         }

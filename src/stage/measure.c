@@ -32,13 +32,12 @@ static double *row(const ry_measure *m, double *sums, int which)
     return sums + (size_t)which * row_length(m);
 }
 
-static double **rows_of(ry_measure *m, double **rows)
-{
-    double *const all[] = {m->phi, m->moving, m->transport, m->tau_grain, m->u_fluid, m->tau_fluid};
-    memcpy(rows, all, sizeof all);
-    return rows;
-}
 enum { N_ROWS = 6 };
+static void rows_of(const ry_measure *m, double **rows)
+{
+    double *const all[N_ROWS] = {m->phi, m->moving, m->transport, m->tau_grain, m->u_fluid, m->tau_fluid};
+    memcpy(rows, all, sizeof all);
+}
 
 /* Volumes of the fixed grains, once and for all; in ascending id. */
 static ry_status sum_fixed(ry_measure *m, const ry_grains *g, ry_error *error)
@@ -68,7 +67,7 @@ ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length,
                             int window, ry_error *error)
 {
     const size_t nz = (size_t)state->column.nz;
-    *m = (ry_measure){.nz = state->column.nz, .dz = state->column.dz, .length = length, .d = d,
+    *m = (ry_measure){.n = state->grains.n, .nz = state->column.nz, .dz = state->column.dz, .length = length, .d = d,
                       .threads = threads, .window = window,
                       .n_blocks = (state->grains.n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK};
     double **const rows[] = {&m->phi, &m->moving, &m->transport, &m->tau_grain, &m->u_fluid, &m->tau_fluid};
@@ -113,8 +112,59 @@ void ry_measure_clear(ry_measure *m)
     for (int r = 0; r < N_ROWS; r++) {
         memset(rows[r], 0, (size_t)m->nz * sizeof(double));
     }
+    memset(m->impulse, 0, (size_t)m->n * sizeof *m->impulse);
     m->samples = 0;
+    m->tallied = 0;
 }
+
+/* ---- to another process ---------------------------------------------------------------------- */
+
+/* samples, tallied, the rows, impulse, middle */
+static int64_t saved_size(const ry_measure *m)
+{
+    return 2 + (int64_t)N_ROWS * m->nz + 2 * (int64_t)m->n;
+}
+
+int64_t ry_measure_saved(const ry_measure *m)
+{
+    return m->samples > 0 || m->tallied > 0 ? saved_size(m) : 0;
+}
+
+void ry_measure_save(const ry_measure *m, const int32_t *place, double *to)
+{
+    double *rows[N_ROWS];
+    rows_of(m, rows);
+    *to++ = (double)m->samples;
+    *to++ = (double)m->tallied;
+    for (int r = 0; r < N_ROWS; r++, to += m->nz) {
+        memcpy(to, rows[r], (size_t)m->nz * sizeof *to);
+    }
+    for (int32_t id = 0; id < m->n; id++) {
+        to[id] = m->impulse[place[id]];
+        to[m->n + id] = m->middle[place[id]];
+    }
+}
+
+int ry_measure_load(ry_measure *m, const int32_t *place, const double *from, int64_t count)
+{
+    double *rows[N_ROWS];
+    rows_of(m, rows);
+    if (count != saved_size(m)) {
+        return -1;
+    }
+    m->samples = (int64_t)*from++;
+    m->tallied = (int32_t)*from++;
+    for (int r = 0; r < N_ROWS; r++, from += m->nz) {
+        memcpy(rows[r], from, (size_t)m->nz * sizeof *from);
+    }
+    for (int32_t id = 0; id < m->n; id++) {
+        m->impulse[place[id]] = from[id];
+        m->middle[place[id]] = from[m->n + id];
+    }
+    return 0;
+}
+
+/* ---- steps ----------------------------------------------------------------------------------- */
 
 typedef struct ry_measure_task {
     ry_measure *measure;

@@ -10,7 +10,7 @@
 
 /* Running sums of profiles since ry_measure_clear; rows of nz. */
 typedef struct ry_measure {
-    int32_t nz, n_blocks;
+    int32_t n, nz, n_blocks; /* grains, cells */
     double dz, length, d; /* [m] */
     int threads;
     int64_t samples;
@@ -31,6 +31,7 @@ typedef struct ry_measure {
 ry_status ry_measure_create(ry_measure *measure, const ry_state *state, double length, double d,
                             int threads, int window, ry_error *error);
 void ry_measure_free(ry_measure *measure);
+/* Forgets what has been summed up. */
 void ry_measure_clear(ry_measure *measure);
 
 /* Adds one sample. Stresses of a cell are the means of those on the planes at its foot and top. The stress
@@ -46,6 +47,12 @@ void ry_measure_clear(ry_measure *measure);
  * tau_fluid: nz values at the cell centres; NULL: balance of the forces on the grains below tau_b. */
 void ry_measure_add(ry_measure *measure, const ry_state *state, const ry_motion *motion,
                     const int32_t *place, const double *tau_fluid, double tau_bed);
+
+/* The sums as numbers, in id order, to go on from them in another process. `ry_measure_saved`: how many numbers;
+ * 0: nothing has been measured since ry_measure_clear. ry_measure_load returns 0, or -1 if they aren't of such a scene. */
+int64_t ry_measure_saved(const ry_measure *measure);
+void ry_measure_save(const ry_measure *measure, const int32_t *place, double *to);
+int ry_measure_load(ry_measure *measure, const int32_t *place, const double *from, int64_t count);
 
 /* Every step, after gather: adds the contacts' impulses up. */
 void ry_measure_tally(ry_measure *measure, const ry_state *state, const ry_motion *motion);

@@ -80,6 +80,42 @@ ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error)
     return RY_OK;
 }
 
+static ry_status copy_contacts(ry_contacts *to, const ry_contacts *from, ry_error *error)
+{
+    to->is_wet = from->is_wet;
+    RY_TRY(ry_contacts_reserve(to, from->n, error));
+    to->n = from->n;
+#define RY_CONTACT_COPY(type, name, unit, text) \
+    memcpy(to->name, from->name, (size_t)from->n * sizeof(type));
+    if (from->n > 0) {
+        RY_CONTACT_FIELDS(RY_CONTACT_COPY)
+    }
+    if (from->n > 0 && from->is_wet) {
+        RY_WET_FIELDS(RY_CONTACT_COPY)
+    }
+#undef RY_CONTACT_COPY
+    return RY_OK;
+}
+
+ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error)
+{
+    to->step = from->step;
+    to->time = from->time;
+    const size_t n = (size_t)from->grains.n, nz = (size_t)from->column.nz;
+#define RY_GRAIN_COPY(type, name, unit, text) memcpy(to->grains.name, from->grains.name, n * sizeof(type));
+    RY_GRAIN_FIELDS(RY_GRAIN_COPY)
+#undef RY_GRAIN_COPY
+    to->column.dz = from->column.dz;
+    to->column.bed_level = from->column.bed_level;
+#define RY_COLUMN_COPY(name, unit, text) memcpy(to->column.name, from->column.name, nz * sizeof(double));
+    if (nz > 0) {
+        RY_COLUMN_FIELDS(RY_COLUMN_COPY)
+    }
+#undef RY_COLUMN_COPY
+    to->ledger = from->ledger;
+    return copy_contacts(&to->contacts, &from->contacts, error);
+}
+
 /* The finalizer of splitmix64: every bit of x reaches every bit of the result. */
 static uint64_t mix(uint64_t x)
 {

@@ -113,6 +113,9 @@ typedef struct ry_state {
 ry_status ry_state_create(ry_state *state, int32_t n, int32_t nz, int ledger, ry_error *error);
 void ry_state_free(ry_state *state);
 
+/* Copies everything; both were made for as many grains and cells, with or without ledger. */
+ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error);
+
 /* Makes room for `n` contacts. */
 ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error);
 
