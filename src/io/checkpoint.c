@@ -214,6 +214,9 @@ int ry_checkpoint_write_window(const ry_h5 *file, int slot, const double *values
     const ry_h5_shape shape = {H5T_NATIVE_DOUBLE, 1, {(hsize_t)n}};
     char path[100];
     snprintf(path, sizeof path, "%s/window", slot_path(slot));
+    if (n == 0 && ry_h5_exists(file->id, path) && H5Ldelete(file->id, path, H5P_DEFAULT) < 0) {
+        return -1;
+    }
     return ry_h5_set_integer(file->id, slot_path(slot), "window", n) == 0 &&
                    (n == 0 || ry_h5_write(file->id, path, &shape, values) == 0)
                ? 0
