@@ -17,9 +17,6 @@
 
 #define GRAINS "particles/grains"
 
-/* More than this in memory is written without being asked. */
-enum { FLUSH_BYTES = 8 << 20 };
-
 /* --- making and freeing --- */
 
 static void add_frame_columns(ry_result *result)
@@ -272,7 +269,7 @@ static ry_status flush_if_full(ry_result *result, ry_error *error)
 {
     const size_t bytes = ry_table_bytes(&result->rows.frames) + ry_table_bytes(&result->rows.profiles) +
                          ry_table_bytes(&result->rows.series);
-    return bytes > FLUSH_BYTES ? ry_result_flush(result, NULL, error) : RY_OK;
+    return bytes > RY_RESULT_BYTES ? ry_result_flush(result, NULL, error) : RY_OK;
 }
 
 static void fill_position(const ry_grains *grains, int32_t k, double *to)

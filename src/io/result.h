@@ -15,6 +15,9 @@
 
 typedef struct ry_result ry_result;
 
+/* More rows in memory than this are written without being asked [bytes]. As much may be on its way to the file. */
+enum { RY_RESULT_BYTES = 8 << 20 };
+
 /* Profiles over height, averaged over the steps since the last frame; every array nz long. tau_* are
  * the stresses on the horizontal planes through the cell centres. */
 typedef struct ry_profile {

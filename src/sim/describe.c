@@ -172,6 +172,26 @@ static double memory_of(const ry_scene_size *size)
     return grains * (80.0 + 80.0 + 60.0 + 80.0 + 4.5 * 74.0) + (double)size->nz * 400.0;
 }
 
+/* Bytes of a frame in the result file, profile included. */
+static double frame_of(const ry_config *config, const ry_scene_size *size)
+{
+    const double grains = (double)(size->explicit_grains + size->bed + size->floor);
+    const unsigned fields = config->output_fields;
+    return grains * ((fields & RY_FIELD_POSITION ? 16.0 + (config->domain_periodic ? 4.0 * 2.0 : 0.0) : 0.0) +
+                     (fields & RY_FIELD_VELOCITY ? 16.0 : 0.0) + (fields & RY_FIELD_SPIN ? 8.0 : 0.0)) +
+           (fields & RY_FIELD_PROFILE ? 40.0 * size->nz : 0.0);
+}
+
+/* Bytes on their way to the file: rows being collected and rows being written, and the state that the last
+ * checkpoint was written from. */
+static double output_of(const ry_config *config, const ry_scene_size *size)
+{
+    const ry_derived q = ry_config_derive(config);
+    const double grains = (double)(size->explicit_grains + size->bed + size->floor);
+    const double frame = frame_of(config, size), all = frame * (1.0 + (double)q.steps_end / q.steps_frame);
+    return 2.0 * fmin(all, frame + RY_RESULT_BYTES) + grains * (77.0 + 1.7 * 32.0);
+}
+
 static void say_table(const ry_writer *w, const ry_plan *plan)
 {
     say(w, "\nSTEP TABLE\n  %-2s %-10s %-40s %-26s -> %s\n", "#", "stage", "kernel", "reads", "writes");
@@ -201,7 +221,8 @@ static ry_status say_cost(const ry_writer *w, const ry_config *config, const ry_
     say(w, "\nSIZE AND COST\n  grains                   %lld explicit + %lld of the bed + %lld of the floor\n",
         (long long)size->explicit_grains, (long long)size->bed, (long long)size->floor);
     say(w, "  fluid column             %d cells of %.4g m\n", (int)size->nz, size->dz);
-    say(w, "  memory                   about %.3g MiB\n", memory_of(size) / 1048576.0);
+    say(w, "  memory                   about %.3g MiB, and up to %.3g MiB of output on its way to the file\n",
+        memory_of(size) / 1048576.0, output_of(config, size) / 1048576.0);
     say(w, "  threads                  %d\n", sim->plan.threads);
     say(w, "  expected run time        about %.3g s (%.3g million grain-steps per second, measured now)\n",
         per_step * (double)q.steps_end, 1e-6 * (double)n / per_step);

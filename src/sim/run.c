@@ -340,7 +340,7 @@ static ry_status open_run(ry_runner *r, const ry_config *config, int *finished, 
 
 /* Leaves the file so that the run can go on: after Ctrl-C, and with the last good state after a
  * failure of the physics. */
-static ry_status leave(ry_runner *r, ry_status status)
+static ry_status leave(ry_runner *r, ry_status status, ry_error *error)
 {
     if (r->file != NULL) {
         if (status == RY_STOPPED || status == RY_UNPHYSICAL) {
@@ -351,6 +351,7 @@ static ry_status leave(ry_runner *r, ry_status status)
             if (flush(r, status == RY_STOPPED || r->sim->keeps_good, &later) != RY_OK ||
                 ry_result_wait(r->file, &later) != RY_OK) {
                 status = later.status;
+                *error = error->status == RY_OK ? later : *error;
             }
         }
         ry_result_close(r->file);
@@ -390,7 +391,7 @@ ry_status ry_run(const ry_config *config, const ry_run_options *options, ry_run_
     ry_run_result unused;
     ry_runner r = {.options = options, .result = result != NULL ? result : &unused};
     *r.result = (ry_run_result){0};
-    const ry_status status = leave(&r, run(&r, config, text));
+    const ry_status status = leave(&r, run(&r, config, text), text);
     if (r.sim != NULL) {
         r.result->steps = r.sim->state.step - r.first;
         r.result->hash = ry_sim_hash(r.sim);
