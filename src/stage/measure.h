@@ -48,8 +48,9 @@ void ry_measure_clear(ry_measure *measure);
 void ry_measure_add(ry_measure *measure, const ry_state *state, const ry_motion *motion,
                     const int32_t *place, const double *tau_fluid, double tau_bed);
 
-/* The sums as numbers, in id order, to go on from them in another process. `ry_measure_saved`: how many numbers;
- * 0: nothing has been measured since ry_measure_clear. ry_measure_load returns 0, or -1 if they aren't of such a scene. */
+/* The sums as numbers, in id order, to go on from them in another process. ry_measure_saved: how many numbers;
+ * 0: nothing has been measured since ry_measure_clear. ry_measure_load: 0, or -1 if they aren't of such a
+ * scene. */
 int64_t ry_measure_saved(const ry_measure *measure);
 void ry_measure_save(const ry_measure *measure, const int32_t *place, double *to);
 int ry_measure_load(ry_measure *measure, const int32_t *place, const double *from, int64_t count);
