@@ -210,14 +210,14 @@ static ry_status flush(ry_runner *r, int with_checkpoint, ry_error *error)
 static ry_status flush_when_due(ry_runner *r, ry_error *error)
 {
     const double now = ry_clock();
-    if (r->file == NULL || !is_due(r->sim->state.step, r->sim->plan.derived.steps_frame) ||
-        ry_result_is_busy(r->file)) { /* then it has time until the next frame */
+    if (r->file == NULL || !is_due(r->sim->state.step, r->sim->plan.derived.steps_frame)) {
         return RY_OK;
     }
     if (now - r->saved >= r->sim->config.output_checkpoint) {
         return flush(r, 1, error);
     }
-    return now - r->flushed >= FLUSH_EVERY ? flush(r, 0, error) : RY_OK;
+    /* A checkpoint is worth waiting for a slow disk, the rest has time. */
+    return now - r->flushed >= FLUSH_EVERY && !ry_result_is_busy(r->file) ? flush(r, 0, error) : RY_OK;
 }
 
 static void show_progress(ry_runner *r)
