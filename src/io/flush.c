@@ -128,8 +128,7 @@ static ry_status copy_checkpoint(ry_batch *b)
         return RY_OK;
     }
     if (b->copy.grains.x == NULL) {
-        RY_TRY(ry_state_create(&b->copy, from->grains.n, from->column.nz,
-                               from->ledger.loss_impact != NULL, NULL));
+        RY_TRY(ry_state_create(&b->copy, from->grains.n, from->column.nz, 0, NULL));
     }
     RY_TRY(ry_state_copy(&b->copy, from, NULL));
     b->checkpoint = &b->copy;
