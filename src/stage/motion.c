@@ -216,7 +216,7 @@ RY_INLINE double drift(double v, double after, int touched, double dt)
 
 RY_INLINE ry_extent integrate_body(const ry_motion *m, ry_grains *g, double *restrict x0,
                                    const double *restrict z0, const double *restrict limit2, int32_t begin,
-                                   int32_t end, double *restrict work)
+                                   int32_t end, const int books, double *restrict work)
 {
     double *restrict const x = g->x, *restrict const z = g->z, *restrict const vx = g->vx;
     double *restrict const vz = g->vz, *restrict const spin = g->spin;
@@ -234,9 +234,9 @@ RY_INLINE ry_extent integrate_body(const ry_motion *m, ry_grains *g, double *res
         const int touched = (cx[k] != 0.0) | (cz[k] != 0.0);
         const double ux = vx[k] + cx[k] * im[k] + gx[k];
         const double uz = vz[k] + cz[k] * im[k] + gz[k];
-        if (work != NULL) { /* impulse x (velocity before and after)/2 */
-            const double mass = im[k] > 0.0 ? 0.5 / im[k] : 0.0;
-            work[k - begin] = mass * (gx[k] * (vx[k] + ux) + (gz[k] - weight[k]) * (vz[k] + uz));
+        if (books) { /* impulse x (velocity before and after)/2 */
+            const double half_mass = 0.5 / (im[k] > 0.0 ? im[k] : 1.0); /* fixed: nothing changes its velocity */
+            work[k - begin] = half_mass * (gx[k] * (vx[k] + ux) + (gz[k] - weight[k]) * (vz[k] + uz));
         }
         double xn = x[k] + drift(vx[k], ux, touched, dt);
         const double zn = z[k] + drift(vz[k], uz, touched, dt);
@@ -262,14 +262,14 @@ RY_INLINE ry_extent integrate_body(const ry_motion *m, ry_grains *g, double *res
 RY_CLONES static ry_extent integrate_range(const ry_motion *m, ry_grains *g, double *x0, const double *z0,
                                            const double *limit2, int32_t begin, int32_t end)
 {
-    return integrate_body(m, g, x0, z0, limit2, begin, end, NULL);
+    return integrate_body(m, g, x0, z0, limit2, begin, end, 0, NULL);
 }
 
 /* Also the work of the fluid on each grain [J]. */
 RY_CLONES static ry_extent integrate_and_work(const ry_motion *m, ry_grains *g, double *x0, const double *z0,
                                               const double *limit2, int32_t begin, int32_t end, double *work)
 {
-    return integrate_body(m, g, x0, z0, limit2, begin, end, work);
+    return integrate_body(m, g, x0, z0, limit2, begin, end, 1, work);
 }
 
 static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t end)
