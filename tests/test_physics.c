@@ -78,6 +78,23 @@ static void test_terminal_velocity(void **state)
     }
 }
 
+/* A grain without weight goes with the logarithmic profile above the level that is given. */
+static void test_level_of_the_profile(void **state)
+{
+    (void)state;
+    const double tau = 1.0, level = 4e-3, z = 12e-3, roughness = 1e-3;
+    scene *const s = open_scene(
+        "time: {step: 1e-4, end: 4}\ndomain: {gravity: 0, length: 0.01, periodic: true}\n"
+        "fluid: {model: log, shear_stress: %g, level: %g, roughness: %g}\n"
+        "particles: [{position: [0.005, %g], diameter: 0.1 mm, density: 2650}]\n",
+        tau, level, roughness, z);
+    run_until(s, 0.5);
+    const double exact = sqrt(tau / 1000.0) / 0.41 * log(30.0 * (z - level) / roughness);
+    printf("grain %.6g m/s, profile %.6g\n", grain_of(s, 0).vx, exact);
+    assert_true(fabs(grain_of(s, 0).vx / exact - 1.0) <= 1e-4);
+    close_scene(s);
+}
+
 /* ---- sliding to rolling --------------------------------------------------------------------------- */
 
 /* A sphere thrown along a floor without spin: friction mu m g slows it by mu g and spins it up; it rolls
@@ -229,11 +246,9 @@ static void test_three_spheres(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_free_flight),
-        cmocka_unit_test(test_terminal_velocity),
-        cmocka_unit_test(test_sliding_to_rolling),
-        cmocka_unit_test(test_single_bounce),
-        cmocka_unit_test(test_bounces),
+        cmocka_unit_test(test_free_flight),          cmocka_unit_test(test_terminal_velocity),
+        cmocka_unit_test(test_level_of_the_profile), cmocka_unit_test(test_sliding_to_rolling),
+        cmocka_unit_test(test_single_bounce),        cmocka_unit_test(test_bounces),
         cmocka_unit_test(test_three_spheres),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

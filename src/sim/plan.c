@@ -362,7 +362,8 @@ static void set_flow(ry_plan *plan, const ry_config *config)
         .tau = q->shear_stress, .tau_start = q->shear_stress * factor,
         .density = config->fluid_density, .viscosity = config->fluid_viscosity,
         .drag_coefficient = config->fluid_drag_coefficient, .hindrance = config->fluid_hindrance,
-        .lift = config->fluid_lift, .roughness = config->fluid_roughness, .d = q->d,
+        .lift = config->fluid_lift, .roughness = config->fluid_roughness,
+        .level = config->fluid_level, .d = q->d,
         .length = q->length > 0.0 ? q->length : q->d, .dt = config->time_step};
 }
 

@@ -182,10 +182,11 @@ void ry_flow_shear(const ry_flow *f, const ry_column *c, double tau, double *out
     }
 }
 
-/* u = u_star/kappa ln(30 z'/k_s) above the bed level that was found, 0 below z' = k_s/30. */
+/* u = u_star/kappa ln(30 z'/k_s) above the bed level that was found, or the one given; 0 below z' = k_s/30. */
 RY_CLONES static void impose_log(const ry_flow *f, ry_column *c, double tau)
 {
-    const double speed = sqrt(tau / f->density) / RY_FLOW_KAPPA, bed = c->bed_level, dz = c->dz;
+    const double speed = sqrt(tau / f->density) / RY_FLOW_KAPPA, dz = c->dz;
+    const double bed = isnan(f->level) ? c->bed_level : f->level;
     const double scale = 30.0 / f->roughness;
     double *restrict const u = c->u;
 #pragma omp simd
