@@ -43,15 +43,17 @@ check: setup-check
 	@cmake --build $(BUILD) --parallel $(JOBS)
 	ctest --test-dir $(BUILD) --output-on-failure --parallel $(JOBS)
 
-# Speed of this machine, alone and against LAMMPS, LIGGGHTS and YADE (Debian's packages): bench-speed and
-# bench-peers, .csv and .png, in runs/. A quarter of an hour; `make bench QUICK=--quick`: two minutes.
+# Speed of this machine, alone and against LAMMPS, LIGGGHTS and YADE (Debian's packages), and whole jobs against LAMMPS:
+# bench-speed, bench-peers and bench-jobs, .csv and .png, in runs/. Half an hour; `make bench QUICK=--quick`: some minutes.
 QUICK ?=
 bench: setup-bench build
 	@mkdir -p runs
 	$(BUILD)/ryusa bench speed -o runs/bench-speed.h5 --force $(QUICK)
 	$(PYTHON) -B tests/peers/peers.py --ryusa $(BUILD)/ryusa --csv runs/bench-peers.csv $(QUICK)
+	$(PYTHON) -B tests/peers/jobs.py --ryusa $(BUILD)/ryusa --csv runs/bench-jobs.csv $(QUICK)
 	$(PYTHON) -B postprocess/bench.py runs/bench-speed.h5
 	$(PYTHON) -B postprocess/bench.py runs/bench-peers.csv
+	$(PYTHON) -B postprocess/bench.py runs/bench-jobs.csv
 
 # q* of three grains against relations, and its convergence: tables and pictures in runs/validity/results.
 validity: build

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
-"""Draws what `ryusa bench` or tests/peers/peers.py measured: bench.py FILE.h5|FILE.csv [PICTURE.png]"""
+"""Draws what `ryusa bench`, tests/peers/peers.py or jobs.py measured: bench.py FILE.h5|FILE.csv [PICTURE.png]"""
 import csv
 import sys
 from pathlib import Path
@@ -130,13 +130,40 @@ PROGRAM_STYLE = {"ryusa": (BLUE, "o"), "ryusa measuring": (SKY, "o"), "LAMMPS": 
                  "LAMMPS top": (AMBER, "^"), "LIGGGHTS": (GREEN, "s"), "YADE": (PINK, "D")}
 
 
-def peers(path, picture):
-    """Rates of all programs over the number of grains: a column per scene, a row per number of cores."""
+def table(path, picture):
+    """Of tests/peers."""
     with open(path) as file:
         machine = file.readline().lstrip("# ").strip()
         rows = list(csv.DictReader(file))
     if not rows or "program" not in rows[0]:
-        sys.exit(f"bench.py: {path}: not a table of tests/peers/peers.py")
+        sys.exit(f"bench.py: {path}: not a table of tests/peers")
+    return (jobs if "job" in rows[0] else peers)(rows, machine, picture)
+
+
+def jobs(rows, machine, picture):
+    """Wall and processor time of whole jobs: a row of bars for each, a column per number of cores."""
+    all_cores = sorted({int(r["cores"]) for r in rows})
+    tallest = max(sum(int(r["cores"]) == cores for r in rows) for cores in all_cores)
+    figure, axes = plt.subplots(1, len(all_cores), sharex=True, squeeze=False, layout="constrained",
+                                figsize=(1.0 + 4.5 * len(all_cores), 1.2 + 0.3 * tallest))
+    for place, cores in zip(axes[0], all_cores):
+        chosen = [r for r in rows if int(r["cores"]) == cores]
+        y = np.arange(len(chosen))
+        color = [BLUE if r["program"].startswith("ryusa") else ORANGE for r in chosen]
+        place.barh(y, [float(r["wall"]) for r in chosen], 0.7, color=color)
+        place.plot([float(r["cpu"]) for r in chosen], y, "|", color=BLACK, markersize=9, label="processor time")
+        place.set_yticks(y, [f"{r['job']}: {r['program']}, T/{r['parts']}" for r in chosen], fontsize=6)
+        place.invert_yaxis()
+        place.set_xscale("log")
+        place.set_xlabel("wall time of the whole job (s)")
+        place.set_title(f"{cores} core{'s' * (cores > 1)}")
+    axes[0, 0].legend(fontsize=6)
+    figure.suptitle(machine, fontsize=5)
+    return save(figure, picture)
+
+
+def peers(rows, machine, picture):
+    """Rates of all programs over the number of grains: a column per scene, a row per number of cores."""
     all_cores = sorted({int(r["cores"]) for r in rows})
     figure, axes = plt.subplots(len(all_cores), 2, sharex=True, sharey=True, squeeze=False, layout="constrained",
                                 figsize=(7.0, 0.6 + 2.7 * len(all_cores)))
@@ -166,7 +193,7 @@ def main(words):
     path = Path(words[0])
     try:
         if path.suffix == ".csv":
-            print(peers(path, words[1] if len(words) > 1 else path.with_suffix(".png")))
+            print(table(path, words[1] if len(words) > 1 else path.with_suffix(".png")))
             return
         with h5py.File(path) as file:
             bench = text_of(file.attrs.get("bench", ""))

@@ -62,13 +62,18 @@ class Bench(unittest.TestCase):
         self.assertEqual([p.name for p in self.folder.iterdir()], ["there.h5"])
 
     def test_peers_are_drawn(self):
-        """A table as tests/peers/peers.py writes it; the programs themselves are run by `make bench` only."""
+        """Tables as tests/peers/peers.py and jobs.py write them; the programs themselves are run by `make bench` only."""
         rows = [f"{scene},{n},{program},{cores},{rate},{rate},3,100,1e-9,0.0025,100"
                 for scene in ("settled", "sheared") for n in (50, 1000) for cores in (1, 2)
                 for program, rate in (("ryusa", 4e7), ("LAMMPS", 1e7))]
         head = "scene,grains,program,cores,best,median,rounds,steps,kinetic_energy,height,contacts"
         (self.folder / "p.csv").write_text("\n".join(["# a machine", head, *rows, ""]))
         self.draws("p.csv")
+        head = "job,program,cores,parts,wall,cpu,loop,flow,repeats,result"
+        rows = [f'flux,{program},{cores},20,{wall},{wall},nan,3,3,"q* 1, 2"' for cores in (1, 2)
+                for program, wall in (("ryusa energy", 1.0), ("LAMMPS", 10.0))]
+        (self.folder / "j.csv").write_text("\n".join(["# a machine", head, *rows, ""]))
+        self.draws("j.csv")
         (self.folder / "other.csv").write_text("# x\na,b\n1,2\n")
         r = subprocess.run([sys.executable, "-B", SOURCE / "postprocess/bench.py", "other.csv"], text=True,
                            cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)

@@ -55,10 +55,10 @@ def line_up(arguments, scene):
     """Name -> function that runs it, of the programs that are there."""
     found = {"ryusa": programs.ryusa(arguments.ryusa, "plain"),
              "ryusa measuring": programs.ryusa(arguments.ryusa, "measured")}
-    if shutil.which("lmp"):
-        found["LAMMPS"] = programs.lammps("lmp", "bed.lammps")
+    if shutil.which(arguments.lammps):
+        found["LAMMPS"] = programs.lammps(arguments.lammps, "bed.lammps")
         if scene == "sheared":
-            found["LAMMPS top"] = programs.lammps("lmp", "bed.lammps", top_only=True)
+            found["LAMMPS top"] = programs.lammps(arguments.lammps, "bed.lammps", top_only=True)
     if shutil.which("liggghts"):
         found["LIGGGHTS"] = programs.lammps("liggghts", "bed.liggghts")
     if shutil.which("yade"):
@@ -177,6 +177,7 @@ def take_turn(arguments, cases, end):
 def parse():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--ryusa", default=str(ROOT / "build/ryusa"))
+    parser.add_argument("--lammps", default="lmp", help="another binary of LAMMPS")
     parser.add_argument("--csv", default="bench-peers.csv", help="file for the numbers")
     parser.add_argument("--minutes", type=float, default=10.0, help="two turns at least; no program is begun later")
     parser.add_argument("--quick", action="store_true", help="50 and 1 000 grains, one short turn")
