@@ -82,10 +82,10 @@ def keep(row, found, reference):
 
 
 def reference_of(rows, name, bed):
-    """q* of this bed at the smallest step of the ladder."""
-    own = [r for r in rows if r["program"] == name and r["bed"] == bed]
-    last = max(r["parts"] for r in own)
-    return {r["theta"]: r["q_star"] for r in own if r["parts"] == last}
+    """q* of this bed at the smallest steps of the ladder."""
+    small = sorted({r["parts"] for r in rows if r["program"] == name})[-calibrate.REFERENCE:]
+    return {theta: statistics.mean(r["q_star"] for r in rows if (r["program"], r["bed"], r["theta"]) == (name, bed, theta)
+                                   and r["parts"] in small) for theta in flux.LEVEL}
 
 
 def ryusa_rows(arguments, rows, parts):
