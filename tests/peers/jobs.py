@@ -177,7 +177,7 @@ def impact_rows(arguments, scene):
     out = []
     for goal, which in goals:
         for name in found:
-            parts = impacts.largest(found[name], which)
+            parts = impacts.largest(found[name], which, impacts.GOAL[scene.name])
             for cores in arguments.cores if parts else ():
                 row = Row(f"{scene.name} e={scene.e:g}, {goal}", name, cores, parts)
                 run = runners(arguments, scene, cores)[name]
