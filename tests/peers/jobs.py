@@ -91,12 +91,13 @@ def reference_of(rows, name, bed):
 def ryusa_rows(arguments, rows, parts):
     """The job with each law, and with the default fluid as information."""
     kinds = [(name, name.split()[1], parts[name], "log") for name in parts if name != "LAMMPS"]
-    kinds.append(("ryusa balance", "energy", parts["ryusa energy"], "balance"))
+    if not arguments.quick:
+        kinds.append(("ryusa balance", "energy", parts["ryusa energy"], "balance"))
     out = []
     for name, law, step, model in kinds:
         for cores in arguments.cores:
             row = Row("flux", name, cores, step)
-            for bed in arguments.beds:
+            for bed in arguments.beds[:1] if model == "balance" else arguments.beds:
                 found = timed(row, lambda: flux.ryusa_job(arguments.ryusa, law, bed, step, cores, model))
                 keep(row, found, reference_of(rows, name, bed) if model == "log" else None)
             out.append(row)
