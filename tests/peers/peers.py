@@ -27,8 +27,9 @@ SCENES = ["settled", "sheared"]
 ROUND = 0.6         # seconds of a round of LAMMPS; all others take as many steps,
 LONGEST = 3.0       # if that takes them no more seconds than this
 FEWEST = 40         # steps of a round: some rebuilds of the neighbour list are among them
-# The first turn tells how fast everybody is, and whether all do the same: grain-steps, but not fewer steps.
-PROBE, PROBE_STEPS = 3e5, 200
+# The first turn tells how fast everybody is, and whether all do the same: grain-steps, but not fewer steps unless
+# these are as many grain-steps as MOST.
+PROBE, PROBE_STEPS, MOST = 3e5, 200, 5e6
 ROOT = HERE.parent.parent
 INFINITE = float("inf")
 
@@ -48,7 +49,7 @@ def lay_work(arguments, scene, grains, folder):
     states.write_data(s, folder / "bed.data")
     names = ("x", "z", "vx", "vz", "spin", "radius", "density", "fixed")
     np.savez(folder / "bed.npz", **{name: getattr(s, name) for name in names})
-    return Work(scene, grains, folder, s, settings, steps=max(int(PROBE / grains), PROBE_STEPS), rounds=1)
+    return Work(scene, grains, folder, s, settings, steps=int(max(PROBE / grains, min(PROBE_STEPS, MOST / grains))), rounds=1)
 
 
 def line_up(arguments, scene):
