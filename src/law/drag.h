@@ -12,14 +12,14 @@
 #include "base/parallel.h"
 
 /* C_d = (sqrt(C) + sqrt(24/Re))^2, Re = speed d/nu (Dallavalle's form; Maurin et al. 2015, Phys.
- * Fluids 27, 113302, eq. 8 with C = 0.4 and 24.4). d_nu = nu/d. */
-RY_INLINE double ry_drag_dallavalle(double speed, double d_nu, double c)
+ * Fluids 27, 113302, eq. 8 with C = 0.4 and 24.4). root_viscous = sqrt(24 nu/d), which is the grain's own. */
+RY_INLINE double ry_drag_dallavalle(double speed, double root_viscous, double c)
 {
-    const double root = sqrt(c * speed) + sqrt(24.0 * d_nu);
+    const double root = sqrt(c * speed) + root_viscous;
     return root * root;
 }
 
-/* C_d = 24/Re (1 + 0.15 Re^0.687), not below C (Schiller & Naumann 1935). */
+/* C_d = 24/Re (1 + 0.15 Re^0.687), not below C (Schiller & Naumann 1935). d_nu = nu/d. */
 RY_INLINE double ry_drag_schiller(double speed, double d_nu, double c)
 {
     const double re = speed / d_nu;

@@ -84,7 +84,7 @@ static double settling_velocity(const ry_config *config, const ry_derived *q)
     double low = 0.0, high = 1.0;
     for (int k = 0; k < 200; k++) {
         const double v = k < 100 && high > 0.0 ? high : 0.5 * (low + high);
-        const double drag = v * (config->fluid_drag == RY_DRAG_DALLAVALLE  ? ry_drag_dallavalle(v, viscous, c)
+        const double drag = v * (config->fluid_drag == RY_DRAG_DALLAVALLE  ? ry_drag_dallavalle(v, sqrt(24.0 * viscous), c)
                                  : config->fluid_drag == RY_DRAG_SCHILLER ? ry_drag_schiller(v, viscous, c)
                                                                           : ry_drag_ferguson(v, viscous, c));
         if (drag < per_area) {

@@ -241,6 +241,10 @@ void ry_column_refresh(ry_flow *f, const ry_column *c, int32_t from, int32_t end
         mean_over_grain(f, c->phi, from, end, f->work, f->hinder);
         hinder(f->hindrance, from, end, f->hinder);
     }
+    for (int32_t k = from; k < end; k++) {
+        const double face[RY_FACE] = {f->u[k], f->gradient[k], f->hinder[k], 0.0};
+        memcpy(f->face[k], face, sizeof face);
+    }
     f->faces = end;
 }
 

@@ -17,6 +17,7 @@
 #include "base/memory.h"
 #include "law/drag.h"
 #include "stage/column.h"
+#include "stage/four.h"
 #include "stage/slices.h"
 
 double ry_flow_stress(const ry_flow *f, int64_t step)
@@ -26,55 +27,105 @@ double ry_flow_stress(const ry_flow *f, int64_t step)
 
 /* ---- what a grain feels ---------------------------------------------------------------------- */
 
-/* Rate of drag of grain k [kg/s] and the fluid's velocity and stress gradient where it is. */
-typedef struct ry_seen {
-    double u, gradient, rate;
-} ry_seen;
+/* Between which two faces a grain is, and how far from the lower one. */
+typedef struct ry_spot {
+    int32_t cell;
+    double part;
+} ry_spot;
 
-RY_INLINE ry_seen see(const ry_flow *f, double z, double vx, double vz, double area, double viscous,
-                      ry_flow_drag law)
+RY_INLINE ry_spot find_spot(const ry_flow *f, double z)
 {
-    const int32_t nz = f->nz;
-    const double per_dz = 1.0 / f->dz;
-    const double height = z * per_dz;
-    const double inside = height > 0.0 ? (height < nz ? height : nz) : 0.0;
+    const double height = z * (1.0 / f->dz);
+    const double inside = height > 0.0 ? (height < f->nz ? height : f->nz) : 0.0;
     const int32_t whole = (int32_t)inside;
-    const int32_t cell = whole < nz ? whole : nz - 1;
-    const double part = inside - cell;
-    ry_seen s;
-    s.u = f->u[cell] + part * (f->u[cell + 1] - f->u[cell]);
-    s.gradient = f->gradient[cell] + part * (f->gradient[cell + 1] - f->gradient[cell]);
-    const double hinder = f->hinder[cell] + part * (f->hinder[cell + 1] - f->hinder[cell]);
-    const double rx = s.u - vx;
-    const double speed = sqrt(rx * rx + vz * vz);
-    const double c = f->drag_coefficient;
+    const int32_t cell = whole < f->nz ? whole : f->nz - 1;
+    return (ry_spot){cell, inside - cell};
+}
+
+RY_INLINE ry_four see(const double (*face)[RY_FACE], int32_t cell, double part)
+{
+    const ry_four below = ry_four_load(face[cell]), above = ry_four_load(face[cell + 1]);
+    return below + part * (above - below);
+}
+
+/* Rate of drag [kg/s]; rx, rz: velocity of the fluid against the grain. */
+RY_INLINE double drag_rate(double rx, double rz, double area, double viscous, double hinder, double c,
+                           ry_flow_drag law)
+{
+    const double speed = sqrt(rx * rx + rz * rz);
     const double coefficient = law == RY_FLOW_DALLAVALLE ? ry_drag_dallavalle(speed, viscous, c)
                                : law == RY_FLOW_SCHILLER ? ry_drag_schiller(speed, viscous, c)
                                                          : ry_drag_ferguson(speed, viscous, c);
-    s.rate = area * coefficient * hinder;
-    return s;
+    return area * coefficient * hinder;
+}
+
+/* Grains are done in blocks of this many, which stay in the first cache. */
+enum { BLOCK = 256 };
+
+/* What a block of grains sees. */
+typedef struct ry_seen {
+    double u[BLOCK], gradient[BLOCK], hinder[BLOCK];
+} ry_seen;
+
+RY_INLINE void see_block(const ry_flow *f, const double *z, int32_t n, ry_seen *out)
+{
+    const ry_flow flow = *f; /* a copy that nothing written to below can alias */
+    int32_t cell[BLOCK];
+    double part[BLOCK];
+#pragma omp simd
+    for (int32_t k = 0; k < n; k++) {
+        const ry_spot spot = find_spot(&flow, z[k]);
+        cell[k] = spot.cell;
+        part[k] = spot.part;
+    }
+    for (int32_t k = n; k % 4 != 0; k++) {
+        cell[k] = 0;
+        part[k] = 0.0;
+    }
+    const double (*const face)[RY_FACE] = (const double (*)[RY_FACE])f->face;
+    for (int32_t k = 0; k < n; k += 4) {
+        ry_four rows[4];
+        for (int32_t q = 0; q < 4; q++) {
+            rows[q] = see(face, cell[k + q], part[k + q]);
+        }
+        ry_four_turn(rows);
+        ry_four_store(out->u + k, rows[RY_FACE_U]);
+        ry_four_store(out->gradient + k, rows[RY_FACE_GRADIENT]);
+        ry_four_store(out->hinder + k, rows[RY_FACE_HINDER]);
+    }
+}
+
+RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, int32_t n,
+                            ry_flow_drag law, int pushed)
+{
+    ry_seen seen;
+    const double dt = f->dt, c = f->drag_coefficient;
+    const double *const vx = g->vx + begin, *const vz = g->vz + begin, *const area = f->area + begin;
+    const double *const viscous = f->viscous + begin, *const volume = f->volume + begin;
+    const double *const im = m->im + begin, *const weight = m->weight + begin;
+    double *restrict const push = g->push + begin, *restrict const gx = m->gx + begin;
+    double *restrict const gz = m->gz + begin;
+    see_block(f, g->z + begin, n, &seen);
+#pragma omp simd
+    for (int32_t k = 0; k < n; k++) {
+        const double rx = seen.u[k] - vx[k];
+        const double rate = drag_rate(rx, vz[k], area[k], viscous[k], seen.hinder[k], c, law);
+        const double b = rate * dt * im[k];
+        const double share = 1.0 / (1.0 + b);
+        const double along = volume[k] * seen.gradient[k] + (pushed ? push[k] : 0.0);
+        gx[k] = (b * rx + along * dt * im[k]) * share;
+        gz[k] = (weight[k] - b * vz[k]) * share;
+        if (!pushed) {
+            push[k] += (rate * rx + along) * share;
+        }
+    }
 }
 
 RY_INLINE void sample_body(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin,
                            int32_t end, ry_flow_drag law, int pushed)
 {
-    const ry_flow flow = *f; /* a copy that nothing written to below can alias */
-    const double dt = f->dt;
-    const double *const z = g->z, *const vx = g->vx, *const vz = g->vz, *const area = f->area;
-    const double *const viscous = f->viscous, *const volume = f->volume, *const im = m->im;
-    const double *const weight = m->weight;
-    double *const push = g->push, *const gx = m->gx, *const gz = m->gz;
-#pragma omp simd
-    for (int32_t k = begin; k < end; k++) {
-        const ry_seen s = see(&flow, z[k], vx[k], vz[k], area[k], viscous[k], law);
-        const double b = s.rate * dt * im[k];
-        const double share = 1.0 / (1.0 + b);
-        const double along = volume[k] * s.gradient + (pushed ? push[k] : 0.0);
-        gx[k] = (b * (s.u - vx[k]) + along * dt * im[k]) * share;
-        gz[k] = (weight[k] - b * vz[k]) * share;
-        if (!pushed) {
-            push[k] += (s.rate * (s.u - vx[k]) + along) * share;
-        }
+    for (int32_t k = begin; k < end; k += BLOCK) {
+        sample_block(f, g, m, k, end - k < BLOCK ? end - k : BLOCK, law, pushed);
     }
 }
 
@@ -101,11 +152,12 @@ static sample_fn *const samplers[2][3] = {
  * J. Geophys. Res. 90, 7341): F = pi/8 rho C_L d^2 (u_top^2 - u_bottom^2), upwards. */
 static void add_lift(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, int32_t end)
 {
-    const ry_flow_drag law = RY_FLOW_DALLAVALLE; /* only the velocity is looked at */
+    const double (*const face)[RY_FACE] = (const double (*)[RY_FACE])f->face;
     for (int32_t k = begin; k < end; k++) {
         const double r = g->radius[k], vx = g->vx[k];
-        const double top = see(f, g->z[k] + r, vx, 0.0, 0.0, 1.0, law).u - vx;
-        const double foot = see(f, g->z[k] - r, vx, 0.0, 0.0, 1.0, law).u - vx;
+        const ry_spot above = find_spot(f, g->z[k] + r), below = find_spot(f, g->z[k] - r);
+        const double top = see(face, above.cell, above.part)[RY_FACE_U] - vx;
+        const double foot = see(face, below.cell, below.part)[RY_FACE_U] - vx;
         m->gz[k] += f->lift * f->area[k] * (top * top - foot * foot) * f->dt * m->im[k];
     }
 }
@@ -168,9 +220,12 @@ RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const r
         const int32_t k = place[id];
         double force = 0.0, slope = 0.0;
         if (f->model == RY_FLOW_BALANCE) {
-            const ry_seen s = see(f, g->z[k], g->vx[k], g->vz[k], f->area[k], f->viscous[k], f->drag);
+            const ry_spot spot = find_spot(f, g->z[k]);
+            const ry_four seen = see((const double (*)[RY_FACE])f->face, spot.cell, spot.part);
+            const double rate = drag_rate(seen[RY_FACE_U] - g->vx[k], g->vz[k], f->area[k], f->viscous[k],
+                                          seen[RY_FACE_HINDER], f->drag_coefficient, f->drag);
             force = g->push[k] / f->advance;
-            slope = s.rate / (1.0 + s.rate * f->dt * m->im[k]);
+            slope = rate / (1.0 + rate * f->dt * m->im[k]);
         }
         const double z = g->z[k], r = g->radius[k];
         spread(volumes, forces, slopes, ry_slice_span(z, r, 1.0 / c->dz, c->nz), c->dz, z, r, f->volume[k],
@@ -321,6 +376,7 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
     f->area = ry_array(n, sizeof(double));
     f->viscous = ry_array(n, sizeof(double));
     f->volume = ry_array(n, sizeof(double));
+    f->face = ry_array(nz + 1, sizeof *f->face);
     f->u = ry_array(nz + 1, sizeof(double));
     f->gradient = ry_array(nz + 1, sizeof(double));
     f->hinder = ry_array(nz + 1, sizeof(double));
@@ -330,7 +386,7 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
     f->work = ry_array(5 * nz + 2 * (size_t)f->half + 1, sizeof(double));
     f->bin_top = ry_array((size_t)f->n_bins, sizeof(double));
     f->bin_grain = ry_array((size_t)f->n_bins, sizeof(int32_t));
-    if (!f->area || !f->viscous || !f->volume || !f->u || !f->gradient || !f->hinder || !f->sums ||
+    if (!f->area || !f->viscous || !f->volume || !f->face || !f->u || !f->gradient || !f->hinder || !f->sums ||
         !f->work || !f->part || !f->bin_top || !f->bin_grain) {
         return ry_no_memory(error, (n * 3 + nz * 20) * sizeof(double));
     }
@@ -338,6 +394,7 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
         const double d = 2.0 * g->radius[k];
         f->area[k] = 0.125 * M_PI * f->density * d * d;
         f->viscous[k] = f->viscosity / d;
+        f->viscous[k] = f->drag == RY_FLOW_DALLAVALLE ? sqrt(24.0 * f->viscous[k]) : f->viscous[k];
         f->volume[k] = M_PI / 6.0 * d * d * d;
     }
     for (int32_t m = 0; m < 2 * f->half; m++) { /* slices of a sphere around a face, from below */
@@ -355,7 +412,7 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
 void ry_flow_free(ry_flow *f)
 {
     void *const arrays[] = {f->area,   f->viscous, f->volume, f->u,       f->gradient,
-                            f->hinder, f->sums,    f->work,   f->bin_top, f->bin_grain, f->part};
+                            f->hinder, f->sums,    f->work,   f->bin_top, f->bin_grain, f->part, f->face};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }

@@ -22,6 +22,9 @@ typedef enum { RY_FLOW_LI_SAWAMOTO, RY_FLOW_DURAN, RY_FLOW_DURAN_MOVING } ry_flo
 #define RY_FLOW_KAPPA 0.41
 #define RY_FLOW_PHI_MAX 0.61
 
+/* At a face: mean velocity, stress gradient and factor of the drag for a grain centred there [m/s, Pa/m, 1]. */
+enum { RY_FACE_U, RY_FACE_GRADIENT, RY_FACE_HINDER, RY_FACE_SPARE, RY_FACE };
+
 typedef struct ry_flow {
     ry_flow_model model;
     ry_flow_drag drag;
@@ -36,10 +39,12 @@ typedef struct ry_flow {
     int32_t nz;                  /* cells of the column, and their height [m] */
     double dz;
     double *area;                /* pi/8 rho_f d^2 of each grain [kg/m] */
-    double *viscous;             /* nu/d of each grain [m/s] */
+    double *viscous;             /* nu/d of each grain [m/s]; drag dallavalle: the root of 24 of it [m^1/2/s^1/2] */
     double *volume;              /* [m^3] */
 
-    /* What the grains see, at the nz + 1 faces of the cells: made from the column at each advance. */
+    /* What the grains see, at the nz + 1 faces of the cells: made from the column at each advance. Side by side,
+     * because a grain looks at all of it at two faces; the rows are where it is made. */
+    double (*face)[RY_FACE];
     double *u, *gradient, *hinder;
     /* What an advance sums over the grains: rows of nz, one set per block of ids, then the total. */
     double *sums;

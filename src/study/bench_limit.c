@@ -104,7 +104,7 @@ RY_CLONES static void grains_feel(block *b)
 #pragma omp simd
     for (int k = 0; k < BLOCK; k++) {
         const double rx = b->v[FLUID][k] - b->v[VX][k], vz = b->v[VZ][k];
-        const double rate = 1e-4 * ry_drag_dallavalle(sqrt(rx * rx + vz * vz), 2e-3, 0.4);
+        const double rate = 1e-4 * ry_drag_dallavalle(sqrt(rx * rx + vz * vz), 0.22, 0.4);
         const double part = rate * DT * b->v[INVERSE][k], share = 1.0 / (1.0 + part);
         b->v[GX][k] = part * rx * share;
         b->v[GZ][k] = (1e-4 - part * vz) * share;
