@@ -190,6 +190,28 @@ static void fill_grid(ry_neighbor *b, const ry_grains *g)
 
 /* ---- the pairs ------------------------------------------------------------------------------ */
 
+/* Those of four numbers whose bits are set, first. */
+typedef int32_t ry_quad __attribute__((vector_size(4 * sizeof(int32_t))));
+static const ry_quad chosen[16] = {{0, 1, 2, 3}, {0, 1, 2, 3}, {1, 0, 2, 3}, {0, 1, 2, 3}, {2, 0, 1, 3}, {0, 2, 1, 3},
+                                   {1, 2, 0, 3}, {0, 1, 2, 3}, {3, 0, 1, 2}, {0, 3, 1, 2}, {1, 3, 0, 2}, {0, 1, 3, 2},
+                                   {2, 3, 0, 1}, {0, 2, 3, 1}, {1, 2, 3, 0}, {0, 1, 2, 3}};
+
+/* Appends them to `out`, which has room for all four; returns how many they are. */
+RY_INLINE size_t append_chosen(const int32_t *four, unsigned bits, int32_t *out)
+{
+#ifdef __clang__ /* cannot shuffle by what is known late */
+    for (int q = 0; q < 4; q++) {
+        out[q] = four[chosen[bits][q]];
+    }
+#else
+    ry_quad all;
+    memcpy(&all, four, sizeof all);
+    all = __builtin_shuffle(all, chosen[bits]);
+    memcpy(out, &all, sizeof all);
+#endif
+    return (size_t)__builtin_popcount(bits);
+}
+
 /* Appends the members first .. last-1 that are near grain k, itself among them. */
 RY_INLINE size_t near_in_run(const ry_neighbor *b, const ry_grains *g, int32_t k, int32_t first,
                           int32_t last, int32_t *out, size_t n)
@@ -203,10 +225,9 @@ RY_INLINE size_t near_in_run(const ry_neighbor *b, const ry_grains *g, int32_t k
         dx = ry_four_select((ry_four_index)(dx > half), dx - length, dx);
         dx = ry_four_select((ry_four_index)(dx < -half), dx + length, dx);
         const ry_four_index near = (ry_four_index)(dx * dx + dz * dz < far * far);
-        for (int32_t q = 0; q < 4; q++) {
-            out[n] = b->member[m + q];
-            n += (size_t)((near[q] != 0) & (m + q < last));
-        }
+        const ry_four_index bits = near & (ry_four_index){1, 2, 4, 8};
+        const unsigned there = last - m < 4 ? (1u << (last - m)) - 1 : 15;
+        n += append_chosen(b->member + m, (unsigned)(bits[0] | bits[1] | bits[2] | bits[3]) & there, out + n);
     }
     return n;
 }
