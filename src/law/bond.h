@@ -40,8 +40,9 @@ RY_INLINE ry_bond ry_bond_damped(const ry_law_coef *q, double im, double tm, dou
     const double c = zeta2 > 0.0 ? zeta2 * sqrt(a) : q->eta_dt * im;
     const double stretch = q->ratio_k * q->k_dt2 * tm;
     const double drag_im = q->ratio_eta * c * tm; /* the drag x im */
-    const double bound_a = 1.0 + quarter * a, bound_c = 1.0 + q->bounded * c;
-    const double bound_s = 1.0 + quarter * stretch, bound_d = im + q->bounded * drag_im;
+    const int bounded = q->bounded > 0.0; /* where it is known when compiled that it is not, all this goes */
+    const double bound_a = bounded ? 1.0 + quarter * a : 1.0, bound_c = bounded ? 1.0 + q->bounded * c : 1.0;
+    const double bound_s = bounded ? 1.0 + quarter * stretch : 1.0, bound_d = bounded ? im + q->bounded * drag_im : im;
     /* one division for the six: it is the slowest thing here */
     const double normal = bound_a * bound_c, tangential = bound_s * bound_d, rest = stretch * im;
     const double inverse = 1.0 / (normal * tangential * rest);

@@ -122,7 +122,9 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
     const double half_per_dt = 0.5 / dt;
     ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
     const double *const own = near->own;
-    if (!ratio) { /* known when compiled: the root of ry_bond_damped goes */
+    if (ratio) { /* known when compiled: what bounds a dashpot goes, or its root */
+        coef.bounded = 0.0;
+    } else {
         coef.hertz = 0.0;
     }
     const ry_bond pair = c->bond[0], lone = c->bond[1];
