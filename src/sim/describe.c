@@ -81,10 +81,11 @@ static double settling_velocity(const ry_config *config, const ry_derived *q)
 {
     const double per_area = q->mass * q->buoyant_gravity / (0.125 * M_PI * config->fluid_density * q->d * q->d);
     const double viscous = config->fluid_viscosity / q->d, c = config->fluid_drag_coefficient;
+    const double root_viscous = sqrt(24.0 * viscous);
     double low = 0.0, high = 1.0;
     for (int k = 0; k < 200; k++) {
         const double v = k < 100 && high > 0.0 ? high : 0.5 * (low + high);
-        const double drag = v * (config->fluid_drag == RY_DRAG_DALLAVALLE  ? ry_drag_dallavalle(v, sqrt(24.0 * viscous), c)
+        const double drag = v * (config->fluid_drag == RY_DRAG_DALLAVALLE  ? ry_drag_dallavalle(v, root_viscous, c)
                                  : config->fluid_drag == RY_DRAG_SCHILLER ? ry_drag_schiller(v, viscous, c)
                                                                           : ry_drag_ferguson(v, viscous, c));
         if (drag < per_area) {
