@@ -17,18 +17,20 @@
 #define ONE(...) +1
 enum {
     GRAIN_FIELDS = 0 RY_GRAIN_FIELDS(ONE),
-    CONTACT_FIELDS = 0 RY_CONTACT_FIELDS(ONE) RY_WET_FIELDS(ONE),
+    CONTACT_FIELDS = 0 RY_CONTACT_FIELDS(ONE) RY_WET_FIELDS(ONE) RY_FROZEN_FIELDS(ONE),
     COLUMN_FIELDS = 0 RY_COLUMN_FIELDS(ONE),
-    LEDGER_FIELDS = 0 RY_LEDGER_TOTALS(ONE)
+    LEDGER_FIELDS = 0 RY_LEDGER_TOTALS(ONE),
+    SLEEP_FIELDS = 0 RY_SLEEP_FIELDS(ONE)
 };
 #undef ONE
 _Static_assert(sizeof(ry_grains) == (1 + GRAIN_FIELDS) * sizeof(void *), "a field without a list");
-_Static_assert(sizeof(ry_contacts) == (3 + CONTACT_FIELDS) * sizeof(void *),
+_Static_assert(sizeof(ry_contacts) == (4 + CONTACT_FIELDS) * sizeof(void *),
                "a field without a list");
 _Static_assert(sizeof(ry_column) == (3 + COLUMN_FIELDS) * sizeof(void *), "a field without a list");
 _Static_assert(sizeof(ry_ledger) == (2 + 2 * LEDGER_FIELDS) * sizeof(int64_t), "a field without a list");
+_Static_assert(sizeof(ry_sleepers) == SLEEP_FIELDS * sizeof(void *), "a field without a list");
 _Static_assert(sizeof(ry_state) == 2 * sizeof(int64_t) + sizeof(ry_grains) + sizeof(ry_contacts) +
-                                       sizeof(ry_column) + sizeof(ry_ledger),
+                                       sizeof(ry_column) + sizeof(ry_ledger) + sizeof(ry_sleepers),
                "the state has a field that no checkpoint holds");
 
 enum { FORMAT = 2 }; /* of checkpoints; 1 had a ledger per grain */
@@ -164,6 +166,17 @@ static int write_arrays(const ry_h5 *file, int slot, const ry_state *state)
     if (state->contacts.is_wet) {
         RY_WET_FIELDS(WRITE);
     }
+    if (state->contacts.sleeps) {
+        RY_FROZEN_FIELDS(WRITE);
+    }
+#undef WRITE
+#define WRITE(type, field, unit, text)                                                          \
+    if (state->sleepers.field != NULL &&                                                        \
+        write_by_id(file, join(slot, "sleepers", #field).string, type_##type(), &state->grains, \
+                    unit, state->sleepers.field, sizeof(type)) != 0) {                          \
+        return -1;                                                                              \
+    }
+    RY_SLEEP_FIELDS(WRITE);
 #undef WRITE
 #define WRITE(field, unit, text)                                                  \
     if (state->column.nz > 0 &&                                                   \
@@ -262,6 +275,17 @@ static int read_arrays(hid_t file, int slot, ry_state *state)
     if (state->contacts.is_wet) {
         RY_WET_FIELDS(READ);
     }
+    if (state->contacts.sleeps) {
+        RY_FROZEN_FIELDS(READ);
+    }
+#undef READ
+#define READ(type, field, unit, text)                                                             \
+    if (state->sleepers.field != NULL &&                                                          \
+        read_first(file, join(slot, "sleepers", #field).string, type_##type(), state->grains.n,   \
+                   state->sleepers.field) != 0) {                                                 \
+        return -1;                                                                                \
+    }
+    RY_SLEEP_FIELDS(READ);
 #undef READ
 #define READ(field, unit, text)                                                                    \
     if (read_first(file, join(slot, "column", #field).string, H5T_NATIVE_DOUBLE, state->column.nz, \
@@ -289,6 +313,9 @@ static int read_size(hid_t file, int slot, ry_state *state)
         return -1;
     }
     state->contacts.is_wet = ry_h5_exists(file, join(slot, "contacts", "wet").string);
+    if (ry_h5_exists(file, join(slot, "sleepers", "asleep").string) && ry_state_add_sleepers(state, NULL) != RY_OK) {
+        return -1;
+    }
     if (ry_contacts_reserve(&state->contacts, contacts, NULL) != RY_OK) {
         return -1;
     }

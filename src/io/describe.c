@@ -336,6 +336,9 @@ static void tell_cost(page *to)
         number(to, "cost", "wall_seconds"), integer(to, "cost", "threads"));
     say(to, "%-14s %.4g grain-steps/s, neighbour list rebuilt %lld times\n", "  rate",
         number(to, "cost", "grain_steps_per_second"), integer(to, "cost", "rebuilds"));
+    if (ry_h5_exists(to->file, "cost") && H5Aexists_by_name(to->file, "cost", "asleep", H5P_DEFAULT) > 0) {
+        say(to, "%-14s %.1f %% of the grains in the mean\n", "  asleep", 100.0 * number(to, "cost", "asleep"));
+    }
     const hid_t stages =
         ry_h5_exists(to->file, "cost/stages") ? H5Gopen2(to->file, "cost/stages", H5P_DEFAULT) : -1;
     if (stages >= 0) {

@@ -39,6 +39,7 @@ typedef struct ry_summary {
 /* What a run cost; /cost. */
 typedef struct ry_cost {
     double wall_seconds, grain_steps_per_second;
+    double asleep; /* mean part of the grains that can move; NAN: nobody may sleep */
     long long rebuilds;
     int threads;
     int n_stages;

@@ -86,7 +86,8 @@ static int write_cost(hid_t file, const ry_cost *cost)
         ry_h5_set_number(file, COST, "wall_seconds", cost->wall_seconds) != 0 ||
         ry_h5_set_number(file, COST, "grain_steps_per_second", cost->grain_steps_per_second) != 0 ||
         ry_h5_set_integer(file, COST, "rebuilds", cost->rebuilds) != 0 ||
-        ry_h5_set_integer(file, COST, "threads", cost->threads) != 0;
+        ry_h5_set_integer(file, COST, "threads", cost->threads) != 0 ||
+        (!isnan(cost->asleep) && ry_h5_set_number(file, COST, "asleep", cost->asleep) != 0);
     for (int k = 0; k < cost->n_stages && !failed; ++k) {
         failed = ry_h5_set_number(file, COST "/stages", cost->stage_name[k],
                                   cost->stage_seconds[k]) != 0;

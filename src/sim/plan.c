@@ -150,6 +150,15 @@ static ry_status run_integrate(ry_plan *plan, ry_state *state, ry_error *error)
     return RY_OK;
 }
 
+static ry_status run_sleep(ry_plan *plan, ry_state *state, ry_error *error)
+{
+    (void)state;
+    const int64_t before = plan->neighbor.rebuilds;
+    RY_TRY(ry_sleep_stage(&plan->sleep, error));
+    plan->must_rebuild = plan->must_rebuild && plan->neighbor.rebuilds == before;
+    return RY_OK;
+}
+
 static void add_stage(ry_plan *plan, const char *name, const char *kernel, const char *reads,
                       const char *writes, ry_stage_fn *run)
 {
@@ -190,6 +199,10 @@ static void lay_table(ry_plan *plan, const ry_config *config)
         add_stage(plan, "ledger", "impacts", "impulses, grains", "their losses", run_ledger);
     }
     add_stage(plan, "integrate", "kick, drift", "impulses, gravity + fluid", "velocities, positions", run_integrate);
+    if (plan->has_sleep) {
+        add_stage(plan, "sleep", "wakes by force, sleeps at rest", "impulses, gravity + fluid", "who is skipped",
+                  run_sleep);
+    }
 }
 
 /* ---- making it ------------------------------------------------------------------------------- */
@@ -218,6 +231,7 @@ static void set_features(ry_plan *plan, const ry_config *config, int sizes_diffe
     plan->has_profile = (config->output_fields & RY_FIELD_PROFILE) != 0 && plan->derived.length > 0.0 &&
                         (plan->has_fluid || config->has_grains);
     plan->has_ledger = (config->output_fields & RY_FIELD_ENERGY) != 0;
+    plan->has_sleep = config->contact_sleep > 0.0;
     plan->motion.moves = ry_contact_law_moves((int)config->contact_law);
     plan->contact.moves = plan->motion.moves;
     plan->contact.features = (config->contact_friction > 0.0 ? RY_CONTACT_FRICTION : 0) |
@@ -367,6 +381,23 @@ static void set_flow(ry_plan *plan, const ry_config *config)
         .length = q->length > 0.0 ? q->length : q->d, .dt = config->time_step};
 }
 
+static ry_status start_sleep(ry_plan *plan, const ry_config *config, ry_state *state, ry_error *error)
+{
+    const ry_derived *const q = &plan->derived;
+    ry_sleep *const s = &plan->sleep;
+    ry_sleep_scale(s, config->contact_sleep, q->d, q->buoyant_gravity, 2.0 * M_PI * sqrt(q->mass / q->stiffness),
+                   config->time_step);
+    s->state = state;
+    s->neighbor = &plan->neighbor;
+    s->contact = &plan->contact;
+    s->motion = &plan->motion;
+    s->pairs = &plan->pairs;
+    s->flow = plan->has_fluid ? &plan->flow : NULL;
+    ry_sleep_carry(s, plan->measure.impulse, sizeof *plan->measure.impulse);
+    ry_sleep_carry(s, plan->measure.middle, sizeof *plan->measure.middle);
+    return ry_sleep_create(s, error);
+}
+
 ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state, int threads,
                          ry_error *error)
 {
@@ -392,6 +423,10 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     b->length = plan->derived.length;
     b->periodic = config->domain_periodic;
     RY_TRY(ry_neighbor_create(b, g, plan->threads, error));
+    if (plan->has_sleep) {
+        b->still = state->sleepers.asleep;
+        b->has_sleepers = 1;
+    }
     set_skins(b, config, &plan->derived);
     const unsigned wants = (m->moves ? RY_PAIRS_SHIFTS : 0) | (plan->has_ledger ? RY_PAIRS_LEDGER : 0) |
                            (config->contact_wet ? RY_PAIRS_WET : 0) |
@@ -412,12 +447,16 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
             return ry_no_memory(error, (size_t)state->column.nz * sizeof(double));
         }
     }
+    if (plan->has_sleep) {
+        RY_TRY(start_sleep(plan, config, state, error));
+    }
     lay_table(plan, config);
     return RY_OK;
 }
 
 void ry_plan_free(ry_plan *plan)
 {
+    ry_sleep_free(&plan->sleep);
     ry_neighbor_free(&plan->neighbor);
     ry_pairs_free(&plan->pairs);
     ry_motion_free(&plan->motion);

@@ -12,6 +12,7 @@
 #include "stage/measure.h"
 #include "stage/motion.h"
 #include "stage/neighbor.h"
+#include "stage/sleep.h"
 #include "store/pairs.h"
 #include "store/state.h"
 
@@ -27,12 +28,12 @@ typedef struct ry_stage {
     double seconds;      /* spent, extrapolated from the steps that were timed */
 } ry_stage;
 
-enum { RY_MOST_STAGES = 9 };
+enum { RY_MOST_STAGES = 10 };
 
 struct ry_plan {
     ry_derived derived;
     int threads;
-    int has_fluid, has_ledger, has_profile;
+    int has_fluid, has_ledger, has_profile, has_sleep;
     int must_rebuild;
     ry_pairs pairs;
     ry_neighbor neighbor;
@@ -40,6 +41,7 @@ struct ry_plan {
     ry_motion motion;
     ry_flow flow;
     ry_measure measure;
+    ry_sleep sleep;
     double *tau_fluid; /* nz, scratch of measuring [Pa] */
     int n_stages;
     ry_stage stage[RY_MOST_STAGES];

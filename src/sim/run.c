@@ -67,6 +67,7 @@ static ry_cost cost_of(const ry_runner *r)
     const double steps = (double)(r->sim->state.step - r->first);
     ry_cost cost = {.wall_seconds = ry_clock() - r->started, .rebuilds = plan->neighbor.rebuilds,
                     .threads = plan->threads, .n_stages = plan->n_stages};
+    cost.asleep = plan->has_sleep ? plan->sleep.slept / fmax((double)plan->sleep.steps, 1.0) : NAN;
     cost.grain_steps_per_second = steps * r->sim->state.grains.n / fmax(cost.wall_seconds, 1e-9);
     for (int s = 0; s < plan->n_stages; s++) {
         cost.stage_name[s] = plan->stage[s].name;

@@ -19,6 +19,7 @@ enum { MOST_TO_KEEP = 200000 };
 /* ---- order in memory ------------------------------------------------------------------------- */
 
 typedef struct ry_key {
+    int last;
     double key, second;
     int32_t id;
 } ry_key;
@@ -26,17 +27,21 @@ typedef struct ry_key {
 static int compare_keys(const void *a, const void *b)
 {
     const ry_key *const p = a, *const q = b;
+    if (p->last != q->last) {
+        return p->last - q->last;
+    }
     if (p->key != q->key) {
         return p->key < q->key ? -1 : 1;
     }
     return p->second < q->second ? -1 : (p->second > q->second ? 1 : p->id - q->id);
 }
 
-/* Puts the grains of a state, which is in id order, into the order asked for. */
+/* Puts the grains of a state, which is in id order, into the order asked for; those that sleep come last. */
 static ry_status order_grains(ry_state *state, const ry_config *config, double d, ry_error *error)
 {
     ry_grains *const g = &state->grains;
-    if (config->numerics_order == RY_ORDER_ID) {
+    const uint8_t *const asleep = state->sleepers.asleep;
+    if (config->numerics_order == RY_ORDER_ID && asleep == NULL) {
         return RY_OK;
     }
     ry_key *const keys = ry_array((size_t)g->n, sizeof *keys);
@@ -45,21 +50,35 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
         free(keys);
         return ry_no_memory(error, (size_t)g->n * sizeof *keys);
     }
+    if (asleep != NULL && ry_state_add_sleepers(&copy, error) != RY_OK) {
+        free(keys);
+        ry_state_free(&copy);
+        return error->status;
+    }
     for (int32_t k = 0; k < g->n; k++) {
-        const int bed = config->numerics_order == RY_ORDER_BED;
-        keys[k] = (ry_key){bed ? floor(g->x[k] / d)
+        const int bed = config->numerics_order == RY_ORDER_BED, by_id = config->numerics_order == RY_ORDER_ID;
+        keys[k] = (ry_key){asleep != NULL && asleep[k],
+                           by_id ? k : bed ? floor(g->x[k] / d)
                                : ry_random((uint32_t)config->grains_seed, RY_RANDOM_ORDER, (uint64_t)g->id[k]),
-                           g->z[k], k};
+                           by_id ? 0.0 : g->z[k], k};
     }
     qsort(keys, (size_t)g->n, sizeof *keys, compare_keys);
     for (int32_t k = 0; k < g->n; k++) {
 #define RY_GRAIN_MOVE(type, name, unit, text) copy.grains.name[k] = g->name[keys[k].id];
         RY_GRAIN_FIELDS(RY_GRAIN_MOVE)
 #undef RY_GRAIN_MOVE
+#define RY_SLEEP_MOVE(type, name, unit, text) copy.sleepers.name[k] = state->sleepers.name[keys[k].id];
+        if (asleep != NULL) {
+            RY_SLEEP_FIELDS(RY_SLEEP_MOVE)
+        }
+#undef RY_SLEEP_MOVE
     }
     const ry_grains grains = state->grains;
     state->grains = copy.grains;
     copy.grains = grains;
+    const ry_sleepers sleepers = state->sleepers;
+    state->sleepers = copy.sleepers;
+    copy.sleepers = sleepers;
     ry_state_free(&copy);
     free(keys);
     return RY_OK;
@@ -76,6 +95,9 @@ static ry_status set_up(ry_sim *sim, int threads, ry_error *error)
 {
     const ry_state *const state = &sim->state;
     const int is_new = state->step == 0;
+    if (sim->config.contact_sleep > 0.0 && sim->state.sleepers.asleep == NULL) {
+        RY_TRY(ry_state_add_sleepers(&sim->state, error));
+    }
     RY_TRY(order_grains(&sim->state, &sim->config, ry_config_derive(&sim->config).d, error));
     RY_TRY(ry_plan_create(&sim->plan, &sim->config, &sim->state, threads, error));
     sim->keeps_good = state->grains.n <= MOST_TO_KEEP;
@@ -185,6 +207,7 @@ ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
             const ry_status status = check(sim, error);
             if (status == RY_UNPHYSICAL && sim->keeps_good) {
                 ry_state_copy(&sim->state, &sim->good, NULL);
+                sim->restored = sim->plan.has_sleep; /* grains may have changed places since */
             }
             RY_TRY(status);
         }
@@ -216,8 +239,12 @@ ry_view ry_sim_view(const ry_sim *sim)
 ry_status ry_sim_collect(ry_sim *sim, ry_error *error)
 {
     complete_column(sim);
+    if (sim->restored) {
+        return RY_OK;
+    }
     ry_contact_close(&sim->plan.contact, &sim->state.grains, &sim->plan.pairs);
-    return ry_pairs_export(&sim->plan.pairs, &sim->state, error);
+    RY_TRY(ry_pairs_export(&sim->plan.pairs, &sim->state, error));
+    return sim->plan.has_sleep ? ry_sleep_export(&sim->plan.sleep, error) : RY_OK;
 }
 
 unsigned long long ry_sim_hash(ry_sim *sim)
@@ -252,6 +279,11 @@ ry_sample ry_sim_sample_of(ry_sim *sim, int energies)
     ry_contact_sums contacts = {0};
     if (energies) {
         contacts = ry_contact_measure(&plan->contact, &sim->state.grains, &plan->pairs);
+    }
+    if (energies && plan->has_sleep) {
+        const ry_contact_sums resting = ry_sleep_measure(&plan->sleep);
+        contacts.elastic_normal += resting.elastic_normal;
+        contacts.elastic_tangential += resting.elastic_tangential;
     }
     ry_sample s = {.kinetic_energy = sums.kinetic, .gravity_energy = sums.gravity,
                    .elastic_normal = contacts.elastic_normal,

@@ -13,6 +13,7 @@ struct ry_sim {
     ry_state state;
     ry_state good;    /* the state at the last check; empty where it would cost too much memory */
     int keeps_good;
+    int restored;     /* the state is that one again, contacts included: the list knows of others */
     ry_plan plan;
     int64_t timed;    /* steps whose stages were timed */
 };

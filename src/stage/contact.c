@@ -384,11 +384,16 @@ static ry_crowd crowd_of(const ry_contact *c, const ry_pairs *pairs, int32_t k)
 
 int ry_contact_rests(const ry_contact *c, const ry_pairs *pairs, int32_t i)
 {
-    return c->im[i] == 0.0 || crowd_of(c, pairs, i).all > 1;
+    return c->im[i] == 0.0 || ry_contact_count(c, pairs, i) > 1;
+}
+
+int ry_contact_count(const ry_contact *c, const ry_pairs *pairs, int32_t k)
+{
+    return crowd_of(c, pairs, k).all + (c->frozen != NULL && k < pairs->n_grains ? c->frozen[k] : 0);
 }
 
 /* What a young contact is told of those of its grains that can move. Ages are set back to those before the step. */
-static void fetch_crowds(const ry_contact *c, const ry_pairs *pairs, ry_near *near)
+RY_INLINE void crowds(const ry_contact *c, const ry_pairs *pairs, const int32_t *frozen, ry_near *near)
 {
     for (int32_t k = 0; k < near->n_padded; k++) {
         const int32_t ends[2] = {near->i[k], near->j[k]};
@@ -396,7 +401,8 @@ static void fetch_crowds(const ry_contact *c, const ry_pairs *pairs, ry_near *ne
         for (int e = 0; e < 2; e++) {
             const double im = c->im[ends[e]];
             if (im > 0.0) {
-                const ry_crowd here = crowd_of(c, pairs, ends[e]);
+                ry_crowd here = crowd_of(c, pairs, ends[e]);
+                here.all += frozen != NULL ? frozen[ends[e]] : 0;
                 crowd = ry_min(crowd, here.all);
                 share += here.young * im;
                 side += here.all > 1 ? (e == 0 ? 1.0 : -1.0) : 0.0;
@@ -408,6 +414,15 @@ static void fetch_crowds(const ry_contact *c, const ry_pairs *pairs, ry_near *ne
         near->share[k] = share;
         near->side[k] = side;
         near->age[k] -= 1.0;
+    }
+}
+
+static void fetch_crowds(const ry_contact *c, const ry_pairs *pairs, ry_near *near)
+{
+    if (c->frozen != NULL) {
+        crowds(c, pairs, c->frozen, near);
+    } else {
+        crowds(c, pairs, NULL, near);
     }
 }
 
@@ -575,6 +590,27 @@ ry_contact_depth ry_contact_deepest(const ry_contact *c, const ry_grains *g, con
     return most;
 }
 
+static void measure_pair(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p,
+                         ry_contact_sums *sums)
+{
+    const ry_gap gap = ry_contact_gap(c, g, pairs, p);
+    const ry_bond q = ry_contact_bond(c, pairs->i[p], pairs->j[p]);
+    sums->touching++;
+    sums->elastic_normal += normal_energy(c, g, pairs, p, gap, q.a);
+    if (c->features & RY_CONTACT_FRICTION) {
+        sums->elastic_tangential += tangential_energy(c, g, pairs, p, gap, q.stretch);
+    }
+}
+
+ry_contact_sums ry_contact_measure_run(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs)
+{
+    ry_contact_sums sums = {0};
+    for (int32_t p = 0; p < pairs->n; p++) {
+        measure_pair(c, g, pairs, p, &sums);
+    }
+    return sums;
+}
+
 /* Sums run over the owners in ascending id, so that they don't depend on the list. */
 ry_contact_sums ry_contact_measure(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs)
 {
@@ -584,15 +620,8 @@ ry_contact_sums ry_contact_measure(const ry_contact *c, const ry_grains *g, cons
         const int32_t own = pairs->row[k + 1] - pairs->row[k];
         for (int32_t m = 0; m < own + c->n_walls; m++) {
             const int32_t p = m < own ? pairs->row[k] + m : pairs->wall_slot[m - own][k];
-            if (p < 0 || pairs->age[p] == 0) {
-                continue;
-            }
-            const ry_gap gap = ry_contact_gap(c, g, pairs, p);
-            const ry_bond q = ry_contact_bond(c, k, pairs->j[p]);
-            sums.touching++;
-            sums.elastic_normal += normal_energy(c, g, pairs, p, gap, q.a);
-            if (c->features & RY_CONTACT_FRICTION) {
-                sums.elastic_tangential += tangential_energy(c, g, pairs, p, gap, q.stretch);
+            if (p >= 0 && pairs->age[p] != 0) {
+                measure_pair(c, g, pairs, p, &sums);
             }
         }
     }

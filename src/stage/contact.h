@@ -94,6 +94,7 @@ struct ry_contact {
     ry_ledger *books; /* of each thread, n_chunks + 1, empty between steps; NULL without ledger */
     ry_ledger *ledger; /* of the state */
     ry_contact_fn *close;
+    const int32_t *frozen; /* contacts of a sleeping grain that are not listed, see stage/sleep.h; NULL: all are */
 };
 
 /* The kernels of a law (the order of ryusa/config.h) with RY_CONTACT_ features, and its name. */
@@ -148,9 +149,15 @@ ry_bond ry_contact_bond(const ry_contact *contact, int32_t i, int32_t j);
 /* Grain i (or a wall) can't move or has more contacts than one in this step. */
 int ry_contact_rests(const ry_contact *contact, const ry_pairs *pairs, int32_t i);
 
+/* Contacts of grain k in this step. */
+int ry_contact_count(const ry_contact *contact, const ry_pairs *pairs, int32_t k);
+
 ry_gap ry_contact_gap(const ry_contact *contact, const ry_grains *grains, const ry_pairs *pairs, int32_t pair);
 
 ry_contact_sums ry_contact_measure(const ry_contact *contact, const ry_grains *grains,
                                    const ry_pairs *pairs);
+
+/* Of the pairs 0 .. n-1 alone, in that order, touching or not; only i, j and their memory are looked at. */
+ry_contact_sums ry_contact_measure_run(const ry_contact *contact, const ry_grains *grains, const ry_pairs *pairs);
 
 #endif

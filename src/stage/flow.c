@@ -183,7 +183,20 @@ static void sample_grains(void *context, int32_t begin, int32_t end, int thread)
 void ry_flow_sample(const ry_flow *f, const ry_grains *g, ry_motion *m)
 {
     ry_flow_task task = {.flow = f, .grains = g, .motion = m};
-    ry_parallel(f->threads, g->n, sample_grains, &task);
+    ry_parallel(f->threads, m->n_awake, sample_grains, &task);
+}
+
+void ry_flow_sample_asleep(const ry_flow *f, ry_grains *g, ry_motion *m)
+{
+    ry_flow_task task = {.flow = f, .grains = g, .motion = m};
+    const int32_t first = m->n_awake, n = g->n - first;
+    if (f->model != RY_FLOW_STRESS) {
+        memset(g->push + first, 0, (size_t)n * sizeof *g->push);
+    }
+    sample_grains(&task, first, g->n, 0);
+    for (int32_t k = first; f->model != RY_FLOW_STRESS && k < g->n; k++) {
+        g->push[k] *= f->advance; /* nothing changes before the next advance, which wants the sum of all steps */
+    }
 }
 
 /* ---- what the column gets -------------------------------------------------------------------- */

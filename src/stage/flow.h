@@ -76,6 +76,9 @@ void ry_flow_reach(ry_flow *flow, ry_column *column, double highest);
 /* Fills motion->gx, gz. */
 void ry_flow_sample(const ry_flow *flow, const ry_grains *grains, ry_motion *motion);
 
+/* The same for those that sleep, the grains from motion->n_awake on: grains->push is then what an advance will want. */
+void ry_flow_sample_asleep(const ry_flow *flow, ry_grains *grains, ry_motion *motion);
+
 /* `place`: storage index of an id. */
 void ry_flow_advance(ry_flow *flow, ry_state *state, ry_motion *motion, const int32_t *place);
 

@@ -22,6 +22,8 @@ ry_status ry_motion_create(ry_motion *m, int32_t n, int moves, ry_error *error)
     double **const always[] = {&m->im, &m->tm, &m->spin_gain, &m->gx, &m->gz,
                                &m->weight, &m->cx, &m->cz, &m->ct};
     m->moves = moves;
+    m->n_awake = n;
+    m->highest_asleep = -INFINITY;
     for (size_t k = 0; k < sizeof always / sizeof *always; k++) {
         RY_TRY(make(always[k], n, 1, error));
     }
@@ -119,30 +121,49 @@ static double half_a_kick(const ry_motion *m, const ry_pairs *pairs, int32_t k)
 
 /* Ascending id of the partner: those with lower ids (where the grain is the partner of the pair), its
  * own row, then the walls. */
-RY_CLONES static void gather_range(const ry_motion *m, ry_pairs *pairs, int32_t begin, int32_t end)
+RY_INLINE ry_four sum_slots(const ry_pairs *pairs, const int32_t *below, const int32_t *below_start, const int32_t *row,
+                            int walls, int32_t k)
 {
     const double (*const slot)[RY_SLOT] = (const double (*)[RY_SLOT])pairs->slot;
-    const int32_t *const below = pairs->below, *const below_start = pairs->below_start;
-    const int32_t *const row = pairs->row;
     const ry_four opposite = {-1.0, -1.0, 1.0, 1.0};
+    ry_four sum = {0.0, 0.0, 0.0, 0.0};
+    for (int32_t b = below_start[k]; b < below_start[k + 1]; b++) {
+        sum += opposite * ry_four_load(slot[below[b]]);
+    }
+    for (int32_t p = row[k]; p < row[k + 1]; p++) {
+        sum += ry_four_load(slot[p]);
+    }
+    for (int w = 0; w < walls; w++) {
+        const int32_t p = pairs->wall_slot[w][k];
+        if (p >= 0) {
+            sum += ry_four_load(slot[p]);
+        }
+    }
+    return sum;
+}
+
+static int count_walls(const ry_pairs *pairs)
+{
     int walls = 0;
     while (walls < RY_MAX_WALLS && pairs->wall_slot[walls] != NULL) {
         walls++;
     }
+    return walls;
+}
+
+void ry_motion_listed(const ry_pairs *pairs, int32_t k, double *slot)
+{
+    const ry_four sum = sum_slots(pairs, pairs->below, pairs->below_start, pairs->row, count_walls(pairs), k);
+    ry_four_store(slot, sum);
+}
+
+RY_CLONES static void gather_range(const ry_motion *m, ry_pairs *pairs, int32_t begin, int32_t end)
+{
+    const int32_t *const below = pairs->below, *const below_start = pairs->below_start;
+    const int32_t *const row = pairs->row;
+    const int walls = count_walls(pairs);
     for (int32_t k = begin; k < end; k++) {
-        ry_four sum = {0.0, 0.0, 0.0, 0.0};
-        for (int32_t b = below_start[k]; b < below_start[k + 1]; b++) {
-            sum += opposite * ry_four_load(slot[below[b]]);
-        }
-        for (int32_t p = row[k]; p < row[k + 1]; p++) {
-            sum += ry_four_load(slot[p]);
-        }
-        for (int w = 0; w < walls; w++) {
-            const int32_t p = pairs->wall_slot[w][k];
-            if (p >= 0) {
-                sum += ry_four_load(slot[p]);
-            }
-        }
+        const ry_four sum = sum_slots(pairs, below, below_start, row, walls, k);
         m->cx[k] = sum[RY_SLOT_X];
         m->cz[k] = sum[RY_SLOT_Z];
         if (sum[RY_SLOT_MARK] != 0.0) { /* where one begins and another ceases to push, nothing turns */
@@ -200,7 +221,8 @@ void ry_motion_gather(const ry_motion *m, const ry_grains *g, ry_pairs *pairs)
     ry_motion_task task;
     task.motion = m;
     task.pairs = pairs;
-    ry_parallel(m->threads, g->n, gather_grains, &task);
+    (void)g;
+    ry_parallel(m->threads, m->n_awake, gather_grains, &task);
     if (m->moves) {
         gather_shifts(m, pairs);
     }
@@ -316,9 +338,9 @@ int ry_motion_integrate(ry_motion *m, ry_grains *g, double *x0, const double *z0
     task.x0 = x0;
     task.z0 = z0;
     task.limit2 = limit2;
-    ry_parallel(m->threads, g->n, integrate_grains, &task);
+    ry_parallel(m->threads, m->n_awake, integrate_grains, &task);
     int gone = 0;
-    m->highest = -INFINITY;
+    m->highest = m->highest_asleep;
     for (int t = 0; t < m->threads; t++) {
         gone |= task.extent[t].gone;
         if (m->books) {

@@ -31,6 +31,8 @@ typedef struct ry_motion {
     double *sx, *sz;   /* shift/im of all contacts; NULL unless the law moves [kg m] */
     double (*body)[RY_BODY]; /* n + RY_MAX_WALLS, as of the end of the last step */
     double highest; /* z of the highest grain [m] */
+    int32_t n_awake;       /* grains that move, or may: the first ones in storage; n unless others sleep */
+    double highest_asleep; /* of the others; else -infinity [m] */
     int books;         /* the fluid's work is booked */
     ry_scale scale;    /* of the ledger */
 } ry_motion;
@@ -41,6 +43,9 @@ void ry_motion_settle(ry_motion *motion, const ry_grains *grains);
 void ry_motion_free(ry_motion *motion);
 
 void ry_motion_gather(const ry_motion *motion, const ry_grains *grains, ry_pairs *pairs);
+
+/* The impulse of grain k's listed contacts: a slot of ry_pairs. */
+void ry_motion_listed(const ry_pairs *pairs, int32_t k, double *slot);
 
 /* x0, z0: where the neighbour list was made; they wrap with x. Returns whether a grain has gone further than the
  * root of its limit2 since then [m^2]. With `books` the work of the fluid is added to the ledger. */

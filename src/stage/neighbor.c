@@ -24,6 +24,7 @@ ry_status ry_neighbor_create(ry_neighbor *b, const ry_grains *grains, int thread
 {
     const size_t n = (size_t)grains->n;
     b->threads = threads;
+    b->still = grains->fixed;
     b->radius_max = 0.0;
     for (size_t k = 0; k < n; k++) {
         b->radius_max = fmax(b->radius_max, grains->radius[k]);
@@ -60,7 +61,8 @@ static void free_old(struct ry_old *old)
 void ry_neighbor_free(ry_neighbor *b)
 {
     void *const arrays[] = {b->x0,       b->z0,       b->limit2,   b->skin,  b->cell_of,    b->member,
-                            b->member_x, b->member_z, b->member_r, b->above, b->cell_start, b->old.row};
+                            b->member_x, b->member_z, b->member_r, b->above, b->cell_start, b->old.row,
+                            b->busy};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }
@@ -188,6 +190,34 @@ static void fill_grid(ry_neighbor *b, const ry_grains *g)
     b->cell_start[0] = 0;
 }
 
+enum { BUSY = 1, DONE = 2 }; /* DONE: its neighbours are marked */
+
+static void mark_around(ry_neighbor *b, int32_t cell)
+{
+    const int32_t column = cell / b->rows, row = cell % b->rows;
+    const int32_t low = row > 0 ? row - 1 : 0, high = row + 1 < b->rows ? row + 1 : row;
+    for (int32_t c = column - 1; c <= column + 1; c++) {
+        const int32_t wrapped = (c + b->columns) % b->columns; /* where x does not wrap, some cells too many */
+        for (int32_t r = low; r <= high; r++) {
+            b->busy[wrapped * b->rows + r] |= BUSY;
+        }
+    }
+    b->busy[cell] |= DONE;
+}
+
+static ry_status mark_busy(ry_neighbor *b, const ry_grains *g, ry_error *error)
+{
+    const size_t n_cells = (size_t)b->columns * (size_t)b->rows;
+    RY_TRY(ry_array_grow(&b->busy, &b->n_busy_room, 0, n_cells, 1, error));
+    memset(b->busy, 0, n_cells);
+    for (int32_t k = 0; k < g->n; k++) {
+        if (!b->still[k] && !(b->busy[b->cell_of[k]] & DONE)) {
+            mark_around(b, b->cell_of[k]);
+        }
+    }
+    return RY_OK;
+}
+
 /* ---- the pairs ------------------------------------------------------------------------------ */
 
 /* Those of four numbers whose bits are set, first. */
@@ -244,13 +274,13 @@ RY_INLINE void sort_by_id(int32_t *j, size_t n, const int32_t *id)
     }
 }
 
-/* A grain makes no pair with itself, two fixed grains make none. */
-RY_INLINE size_t drop_pairless(const ry_grains *g, int32_t k, int32_t *j, size_t n)
+/* A grain makes no pair with itself, two that are still make none. */
+RY_INLINE size_t drop_pairless(const uint8_t *still, int32_t k, int32_t *j, size_t n)
 {
     size_t kept = 0;
     for (size_t p = 0; p < n; p++) {
         j[kept] = j[p];
-        kept += !((j[p] == k) | (g->fixed[k] & g->fixed[j[p]]));
+        kept += !((j[p] == k) | (still[k] & still[j[p]]));
     }
     return kept;
 }
@@ -277,7 +307,7 @@ RY_INLINE ry_status find_of_grain(ry_neighbor *b, const ry_grains *g, ry_pairs *
         n = near_in_run(b, g, k, from, to, found->j, n);
     }
     int32_t *const j = found->j + found->n;
-    const size_t partners = drop_pairless(g, k, j, n - found->n);
+    const size_t partners = drop_pairless(b->still, k, j, n - found->n);
     sort_by_id(j, partners, g->id);
     int32_t below = 0;
     while (below < (int32_t)partners && g->id[j[below]] < g->id[k]) {
@@ -307,10 +337,26 @@ RY_CLONES static ry_status find_range(const ry_find_task *t, int32_t begin, int3
     return RY_OK;
 }
 
+/* The same where many sleep. */
+RY_CLONES static ry_status find_awake(const ry_find_task *t, int32_t begin, int32_t end, struct ry_found *found)
+{
+    ry_neighbor *const b = t->neighbor;
+    found->n = 0;
+    for (int32_t k = begin; k < end; k++) {
+        if (b->still[k] && !b->busy[b->cell_of[k]]) {
+            t->pairs->below_start[k] = b->above[k] = 0;
+        } else {
+            RY_TRY(find_of_grain(b, t->grains, t->pairs, k, found, NULL));
+        }
+    }
+    return RY_OK;
+}
+
 static void find_grains(void *context, int32_t begin, int32_t end, int thread)
 {
     ry_find_task *const t = context;
-    if (find_range(t, begin, end, &t->neighbor->found[thread]) != RY_OK) {
+    struct ry_found *const found = &t->neighbor->found[thread];
+    if ((t->neighbor->has_sleepers ? find_awake : find_range)(t, begin, end, found) != RY_OK) {
 #pragma omp atomic write
         t->failed = 1;
     }
@@ -326,7 +372,7 @@ static double wall_distance(const ry_neighbor *b, ry_wall wall, const ry_grains 
 
 static int near_wall(const ry_neighbor *b, int w, const ry_grains *g, int32_t k)
 {
-    return !g->fixed[k] && wall_distance(b, b->wall[w], g, k) < g->radius[k] + b->skin[k];
+    return !b->still[k] && wall_distance(b, b->wall[w], g, k) < g->radius[k] + b->skin[k];
 }
 
 static int32_t count_wall_pairs(const ry_neighbor *b, const ry_grains *g)
@@ -395,8 +441,9 @@ static void fill_row(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, 
                      const int32_t *partners)
 {
     const struct ry_old *const old = &b->old;
-    int32_t from = old->row[k];
-    const int32_t end = old->row[k + 1];
+    const int32_t then = b->was != NULL ? b->was[k] : k;
+    int32_t from = old->row[then];
+    const int32_t end = old->row[then + 1];
     const int32_t first = pairs->row[k];
     for (int32_t m = 0; m < b->above[k]; m++) {
         const int32_t j = partners[m];
@@ -448,7 +495,7 @@ static void fill_walls(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs
             if (near_wall(b, w, g, k)) {
                 pairs->i[slot] = k;
                 pairs->j[slot] = g->n + w;
-                take_over(pairs, slot, &b->old, had_list ? b->old.wall_slot[w][k] : -1);
+                take_over(pairs, slot, &b->old, had_list ? b->old.wall_slot[w][b->was != NULL ? b->was[k] : k] : -1);
                 pairs->wall_slot[w][k] = slot++;
             }
         }
@@ -499,6 +546,9 @@ ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pair
     ry_find_task task = {.neighbor = b, .grains = g, .pairs = pairs};
     RY_TRY(lay_grid(b, g, error));
     fill_grid(b, g);
+    if (b->has_sleepers) {
+        RY_TRY(mark_busy(b, g, error));
+    }
     RY_TRY(set_memory_aside(b, pairs, error));
     ry_parallel(b->threads, g->n, find_grains, &task);
     if (task.failed) {
@@ -516,5 +566,52 @@ ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pair
     memcpy(b->x0, g->x, (size_t)g->n * sizeof(double));
     memcpy(b->z0, g->z, (size_t)g->n * sizeof(double));
     b->rebuilds++;
+    return RY_OK;
+}
+
+/* ---- who is around a grain ------------------------------------------------------------------- */
+
+/* Appends the grains of a cell that are near k. */
+static size_t near_in_cell(const ry_neighbor *b, const ry_grains *g, int32_t k, int32_t cell, double gap, int32_t *out,
+                           size_t n)
+{
+    const double half = b->periodic ? 0.5 * b->length : INFINITY;
+    for (int32_t m = b->cell_start[cell]; m < b->cell_start[cell + 1]; m++) {
+        const int32_t j = b->member[m];
+        double dx = g->x[j] - g->x[k];
+        dx -= dx > half ? b->length : (dx < -half ? -b->length : 0.0);
+        const double dz = g->z[j] - g->z[k], far = g->radius[j] + g->radius[k] + gap;
+        out[n] = j;
+        n += dx * dx + dz * dz < far * far;
+    }
+    return n;
+}
+
+ry_status ry_neighbor_around(ry_neighbor *b, const ry_grains *g, int32_t k, double gap, const int32_t **near,
+                             int32_t *n_near, ry_error *error)
+{
+    struct ry_found *const found = &b->found[0];
+    const double reach = 2.0 * b->radius_max + gap + 2.0 * b->skin_most; /* grains have moved since the rebuild */
+    const int32_t column = b->cell_of[k] / b->rows, row = b->cell_of[k] % b->rows;
+    const int32_t wide = (int32_t)ceil(fmin(reach / b->cell_x, b->columns));
+    const int32_t high = (int32_t)ceil(fmin(reach / b->cell_z, b->rows));
+    const int all = 2 * wide + 1 >= b->columns;
+    const int32_t first = all ? 0 : column - wide, last = all ? b->columns - 1 : column + wide;
+    size_t n = 0;
+    for (int32_t c = first; c <= last; c++) {
+        const int32_t wrapped = c < 0 ? c + b->columns : (c >= b->columns ? c - b->columns : c);
+        if (wrapped != c && !b->periodic) {
+            continue;
+        }
+        for (int32_t r = row - high < 0 ? 0 : row - high; r <= row + high && r < b->rows; r++) {
+            const int32_t cell = wrapped * b->rows + r;
+            const size_t more = (size_t)(b->cell_start[cell + 1] - b->cell_start[cell]);
+            RY_TRY(ry_array_grow(&found->j, &found->room, n, n + more + SPARE, sizeof *found->j, error));
+            n = near_in_cell(b, g, k, cell, gap, found->j, n);
+        }
+    }
+    sort_by_id(found->j, n, g->id);
+    *near = found->j;
+    *n_near = (int32_t)n;
     return RY_OK;
 }

@@ -22,6 +22,9 @@ typedef struct ry_neighbor {
     double radius_max; /* [m] */
     int threads;
     int64_t rebuilds;
+    const uint8_t *still; /* 1: two of them make no pair: grains that are fixed, or asleep */
+    int has_sleepers;     /* grains that are still but not near any other are common: look for nobody near them */
+    const int32_t *was;   /* where each grain lay in memory when the list was made; NULL: where it lies now */
     double *x0, *z0; /* where the grains were at the last rebuild; x0 wraps with x [m] */
     double *skin, *limit2; /* how far each may go from there, and its square [m, m^2] */
 
@@ -31,6 +34,8 @@ typedef struct ry_neighbor {
     size_t n_cells_room;
     int32_t *cell_start, *cell_of, *member; /* grains by cell */
     double *member_x, *member_z, *member_r;
+    uint8_t *busy; /* cells: a grain that is not still is there or next to it; NULL without sleepers */
+    size_t n_busy_room;
     int32_t *above; /* pairs that a grain owns */
     struct ry_found { int32_t *j; size_t room, n; } *found; /* one per thread */
     struct ry_old {  /* the memory of the list before */
@@ -46,6 +51,11 @@ ry_status ry_neighbor_create(ry_neighbor *neighbor, const ry_grains *grains, int
 void ry_neighbor_free(ry_neighbor *neighbor);
 
 /* Makes the list anew; the memory of contacts goes along. */
+/* Grains (k among them) whose surface is nearer than `gap` to that of grain k, in ascending id, as they lie now; `gap`
+ * any. The grid is that of the last rebuild. The *n grains are in *near until the next call. */
+ry_status ry_neighbor_around(ry_neighbor *neighbor, const ry_grains *grains, int32_t k, double gap,
+                             const int32_t **near, int32_t *n, ry_error *error);
+
 ry_status ry_neighbor_rebuild(ry_neighbor *neighbor, const ry_grains *grains, ry_pairs *pairs,
                               ry_error *error);
 

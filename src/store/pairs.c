@@ -101,6 +101,9 @@ void ry_pairs_free(ry_pairs *pairs)
 static void export_slot(const ry_pairs *pairs, int32_t slot, int32_t id_i, int32_t id_j,
                         ry_contacts *out)
 {
+    if (out->sleeps) {
+        out->frozen_x[out->n] = out->frozen_z[out->n] = out->frozen_turn[out->n] = 0.0;
+    }
     out->id_i[out->n] = id_i;
     out->id_j[out->n] = id_j;
     out->slip[out->n] = pairs->slip[slot];
@@ -152,20 +155,25 @@ static int32_t find_slot(const ry_pairs *pairs, const int32_t *id, int32_t id_i,
     return -1;
 }
 
+void ry_pairs_import_one(ry_pairs *pairs, const int32_t *id, const ry_contacts *from, int64_t c)
+{
+    const int32_t p = find_slot(pairs, id, from->id_i[c], from->id_j[c]);
+    if (p < 0) { /* parted since, and so closed anyway; or of two that sleep */
+        return;
+    }
+    pairs->slip[p] = from->slip[c];
+    if (pairs->rest != NULL) {
+        pairs->rest[p] = from->rest[c];
+    }
+    pairs->age[p] = (uint8_t)from->age[c];
+    if (pairs->wet != NULL && from->wet != NULL) {
+        pairs->wet[p] = from->wet[c];
+    }
+}
+
 void ry_pairs_import(ry_pairs *pairs, const ry_state *state)
 {
-    const ry_contacts *const from = &state->contacts;
-    for (int64_t c = 0; c < from->n; c++) {
-        const int32_t p = find_slot(pairs, state->grains.id, from->id_i[c], from->id_j[c]);
-        if (p >= 0) { /* a contact that has since parted is not in the list: it is closed anyway */
-            pairs->slip[p] = from->slip[c];
-            if (pairs->rest != NULL) {
-                pairs->rest[p] = from->rest[c];
-            }
-            pairs->age[p] = (uint8_t)from->age[c];
-            if (pairs->wet != NULL && from->wet != NULL) {
-                pairs->wet[p] = from->wet[c];
-            }
-        }
+    for (int64_t c = 0; c < state->contacts.n; c++) {
+        ry_pairs_import_one(pairs, state->grains.id, &state->contacts, c);
     }
 }

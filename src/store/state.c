@@ -47,18 +47,47 @@ ry_status ry_state_create(ry_state *state, int32_t n, int32_t nz, int ledger, ry
     return ry_no_memory(error, ((size_t)n * 100 + (size_t)nz * 3 * sizeof(double)));
 }
 
+ry_status ry_state_add_sleepers(ry_state *state, ry_error *error)
+{
+    ry_sleepers *const s = &state->sleepers;
+    const size_t entries = (size_t)state->grains.n + RY_MAX_WALLS;
+#define ALLOCATED(type, name, unit, text) &&(s->name = ry_array(entries, sizeof(type))) != NULL
+    if (!(1 RY_SLEEP_FIELDS(ALLOCATED))) {
+        return ry_no_memory(error, entries * 100);
+    }
+#undef ALLOCATED
+    ry_contacts *const c = &state->contacts;
+    const size_t room = (size_t)c->capacity;
+#define ALLOCATED(type, name, unit, text) &&(c->name = ry_array(room, sizeof(type))) != NULL
+    if (!c->sleeps && room > 0 && !(1 RY_FROZEN_FIELDS(ALLOCATED))) {
+        return ry_no_memory(error, room * 24);
+    }
+#undef ALLOCATED
+    c->sleeps = 1;
+    for (int32_t k = 0; k < state->grains.n; k++) {
+        s->asleep[k] = state->grains.fixed[k];
+        s->from_x[k] = state->grains.x[k];
+        s->from_z[k] = state->grains.z[k];
+    }
+    return RY_OK;
+}
+
 void ry_state_free(ry_state *state)
 {
 #define FREE_GRAINS(type, name, unit, text) free(state->grains.name);
 #define FREE_CONTACTS(type, name, unit, text) free(state->contacts.name);
 #define FREE_COLUMN(name, unit, text) free(state->column.name);
+#define FREE_SLEEPERS(type, name, unit, text) free(state->sleepers.name);
     RY_GRAIN_FIELDS(FREE_GRAINS);
     RY_CONTACT_FIELDS(FREE_CONTACTS);
     RY_WET_FIELDS(FREE_CONTACTS);
+    RY_FROZEN_FIELDS(FREE_CONTACTS);
     RY_COLUMN_FIELDS(FREE_COLUMN);
+    RY_SLEEP_FIELDS(FREE_SLEEPERS);
 #undef FREE_GRAINS
 #undef FREE_CONTACTS
 #undef FREE_COLUMN
+#undef FREE_SLEEPERS
     *state = (ry_state){0};
 }
 
@@ -75,6 +104,9 @@ ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error)
     if (contacts->is_wet) {
         RY_WET_FIELDS(GROW);
     }
+    if (contacts->sleeps) {
+        RY_FROZEN_FIELDS(GROW);
+    }
 #undef GROW
     contacts->capacity = (int64_t)capacity;
     return RY_OK;
@@ -83,6 +115,7 @@ ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error)
 static ry_status copy_contacts(ry_contacts *to, const ry_contacts *from, ry_error *error)
 {
     to->is_wet = from->is_wet;
+    to->sleeps = from->sleeps;
     RY_TRY(ry_contacts_reserve(to, from->n, error));
     to->n = from->n;
 #define RY_CONTACT_COPY(type, name, unit, text) \
@@ -93,12 +126,18 @@ static ry_status copy_contacts(ry_contacts *to, const ry_contacts *from, ry_erro
     if (from->n > 0 && from->is_wet) {
         RY_WET_FIELDS(RY_CONTACT_COPY)
     }
+    if (from->n > 0 && from->sleeps) {
+        RY_FROZEN_FIELDS(RY_CONTACT_COPY)
+    }
 #undef RY_CONTACT_COPY
     return RY_OK;
 }
 
 ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error)
 {
+    if (from->sleepers.asleep != NULL && to->sleepers.asleep == NULL) {
+        RY_TRY(ry_state_add_sleepers(to, error));
+    }
     to->step = from->step;
     to->time = from->time;
     const size_t n = (size_t)from->grains.n, nz = (size_t)from->column.nz;
@@ -113,6 +152,11 @@ ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error)
     }
 #undef RY_COLUMN_COPY
     to->ledger = from->ledger;
+#define RY_SLEEP_COPY(type, name, unit, text) memcpy(to->sleepers.name, from->sleepers.name, n * sizeof(type));
+    if (from->sleepers.asleep != NULL) {
+        RY_SLEEP_FIELDS(RY_SLEEP_COPY)
+    }
+#undef RY_SLEEP_COPY
     return copy_contacts(&to->contacts, &from->contacts, error);
 }
 
@@ -156,6 +200,15 @@ static uint64_t hash_grain(const ry_state *state, int32_t k)
     return hash;
 }
 
+static uint64_t hash_sleeper(const ry_sleepers *sleepers, int32_t id, int32_t k)
+{
+    uint64_t hash = add_int32_t(5, id);
+#define ADD(type, name, unit, text) hash = add_##type(hash, sleepers->name[k]);
+    RY_SLEEP_FIELDS(ADD);
+#undef ADD
+    return hash;
+}
+
 static uint64_t hash_books(const ry_ledger *ledger)
 {
     uint64_t hash = add_word(4, (uint64_t)ledger->kept);
@@ -172,6 +225,9 @@ static uint64_t hash_contact(const ry_contacts *contacts, int64_t k)
     RY_CONTACT_FIELDS(ADD);
     if (contacts->is_wet) {
         RY_WET_FIELDS(ADD);
+    }
+    if (contacts->sleeps) {
+        RY_FROZEN_FIELDS(ADD);
     }
 #undef ADD
     return hash;
@@ -191,6 +247,9 @@ uint64_t ry_state_hash(const ry_state *state)
     uint64_t sum = 0;
     for (int32_t k = 0; k < state->grains.n; ++k) {
         sum += hash_grain(state, k);
+    }
+    for (int32_t k = 0; k < state->grains.n && state->sleepers.asleep != NULL; ++k) {
+        sum += hash_sleeper(&state->sleepers, state->grains.id[k], k);
     }
     for (int64_t k = 0; k < state->contacts.n; ++k) {
         sum += hash_contact(&state->contacts, k);

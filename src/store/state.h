@@ -57,12 +57,20 @@ typedef struct ry_grains {
     RY_CONTACT_FIELD(double, wet, "1", "restitution that the fluid has left, of laws that take one; else what " \
                      "it has made of the dashpot, twice the damping ratio (tanaka: sqrt 5 times)")
 
+/* Those of two grains that sleep, with contact.sleep only; 0 for all others. */
+#define RY_FROZEN_FIELDS(RY_CONTACT_FIELD)                                                      \
+    RY_CONTACT_FIELD(double, frozen_x, "N s", "impulse of a step on the owner along x, when both were last awake") \
+    RY_CONTACT_FIELD(double, frozen_z, "N s", "and along z")                                    \
+    RY_CONTACT_FIELD(double, frozen_turn, "N s", "and its angular impulse per radius")
+
 typedef struct ry_contacts {
     int64_t n, capacity;
     int64_t is_wet; /* 1: has RY_WET_FIELDS; else they are NULL */
+    int64_t sleeps; /* 1: has RY_FROZEN_FIELDS; else they are NULL */
 #define RY_CONTACT_POINTER(type, name, unit, text) type *name;
     RY_CONTACT_FIELDS(RY_CONTACT_POINTER)
     RY_WET_FIELDS(RY_CONTACT_POINTER)
+    RY_FROZEN_FIELDS(RY_CONTACT_POINTER)
 #undef RY_CONTACT_POINTER
 } ry_contacts;
 
@@ -100,6 +108,29 @@ typedef struct ry_ledger {
     double energy_start; /* kinetic + gravity + elastic energy at step 0 [J] */
 } ry_ledger;
 
+/* Who sleeps (stage/sleep.h), with contact.sleep only; else the arrays are NULL. In storage order, with room for the
+ * walls. RY_SLEEP_FIELD(type, name, unit, text) */
+#define RY_SLEEP_FIELDS(RY_SLEEP_FIELD)                                                         \
+    RY_SLEEP_FIELD(uint8_t, asleep, "1", "1: rests and is skipped; fixed grains always")        \
+    RY_SLEEP_FIELD(double, from_x, "m", "where it was at the last look at who rests")           \
+    RY_SLEEP_FIELD(double, from_z, "m", "and its height")                                       \
+    RY_SLEEP_FIELD(double, load, "N s", "of a sleeper: half the sum of its contacts' impulses of a step, at least its weight's") \
+    RY_SLEEP_FIELD(double, bears, "N s", "change of the impulse of a step that wakes it")       \
+    RY_SLEEP_FIELD(double, rest_x, "N s", "impulse of its contacts on it in a step, along x, while it rests") \
+    RY_SLEEP_FIELD(double, rest_z, "N s", "and along z")                                        \
+    RY_SLEEP_FIELD(double, rest_turn, "N s", "and about y, per radius")                         \
+    RY_SLEEP_FIELD(double, more_x, "N s", "what they give beyond that, running mean over a natural period, along x") \
+    RY_SLEEP_FIELD(double, more_z, "N s", "and along z")                                        \
+    RY_SLEEP_FIELD(double, more_turn, "N s", "and about y, per radius")                         \
+    RY_SLEEP_FIELD(double, rest_gx, "m/s", "velocity change of a step by the fluid while it rests, along x") \
+    RY_SLEEP_FIELD(double, rest_gz, "m/s", "by gravity and fluid, along z")
+
+typedef struct ry_sleepers {
+#define RY_SLEEP_POINTER(type, name, unit, text) type *name;
+    RY_SLEEP_FIELDS(RY_SLEEP_POINTER)
+#undef RY_SLEEP_POINTER
+} ry_sleepers;
+
 typedef struct ry_state {
     int64_t step; /* steps done */
     double time;  /* step * dt [s] */
@@ -107,6 +138,7 @@ typedef struct ry_state {
     ry_contacts contacts;
     ry_column column;
     ry_ledger ledger;
+    ry_sleepers sleepers;
 } ry_state;
 
 /* Allocates the arrays of `n` grains and `nz` cells; all zero, ids 0..n-1. `ledger`: keep one. */
@@ -115,6 +147,9 @@ void ry_state_free(ry_state *state);
 
 /* Copies everything; both were made for as many grains and cells, with or without ledger. */
 ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error);
+
+/* Adds the arrays of those that sleep: at first fixed grains only. */
+ry_status ry_state_add_sleepers(ry_state *state, ry_error *error);
 
 /* Makes room for `n` contacts. */
 ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error);

@@ -1,0 +1,673 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors */
+#include "stage/sleep.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+
+/* See sleep.h. In units of sqrt(d/g'), d, d, d. */
+#define LOOK 5.0
+#define STILL 0.005
+#define QUIET 1.5
+#define AROUND 0.5
+/* Steps between comparisons of the mean change with what a sleeper bears. */
+enum { CHECK_EVERY = 8 };
+/* Marks of grains while sets are formed. */
+enum { MARK_QUIET = 1, MARK_NEW = 2 };
+
+void ry_sleep_scale(ry_sleep *s, double tolerance, double d, double gravity, double period, double dt)
+{
+    s->tolerance = tolerance;
+    s->look_every = gravity > 0.0 ? (int64_t)ceil(LOOK * sqrt(d / gravity) / dt) : 0;
+    s->still = STILL * d;
+    s->slow2 = 2.0 * gravity * STILL * d;
+    s->quiet = QUIET * d;
+    s->around = AROUND * d;
+    s->part = dt < period ? dt / period : 1.0;
+}
+
+void ry_sleep_carry(ry_sleep *s, void *array, size_t size)
+{
+    if (array != NULL) {
+        s->carried[s->n_carried++] = (ry_carried){array, size};
+    }
+}
+
+/* ---- grains change places -------------------------------------------------------------------- */
+
+static void carry_one(const ry_sleep *s, char *array, size_t size, int32_t n_moved)
+{
+    for (int32_t m = 0; m < n_moved; m++) {
+        memcpy(s->scratch + (size_t)m * size, array + (size_t)s->was[s->moved[m]] * size, size);
+    }
+    for (int32_t m = 0; m < n_moved; m++) {
+        memcpy(array + (size_t)s->moved[m] * size, s->scratch + (size_t)m * size, size);
+    }
+}
+
+/* To the order of s->was: the old place of each. */
+static void carry(ry_sleep *s)
+{
+    int32_t n_moved = 0;
+    for (int32_t k = 0; k < s->state->grains.n; k++) {
+        s->now[s->was[k]] = k;
+        s->moved[n_moved] = k;
+        n_moved += s->was[k] != k;
+    }
+    for (int a = 0; a < s->n_carried; a++) {
+        carry_one(s, s->carried[a].array, s->carried[a].size, n_moved);
+    }
+    for (int32_t p = 0; n_moved > 0 && p < s->pairs->n; p++) {
+        const int32_t j = s->pairs->j[p];
+        s->pairs->j[p] = j < s->state->grains.n ? s->now[j] : j;
+    }
+}
+
+/* Those that woke change places with the first sleepers. */
+static void order_woken(ry_sleep *s)
+{
+    const uint8_t *const asleep = s->state->sleepers.asleep;
+    int32_t awake = s->motion->n_awake;
+    for (int32_t k = 0; k < s->state->grains.n; k++) {
+        s->was[k] = k;
+    }
+    for (int32_t k = awake; k < s->state->grains.n; k++) {
+        if (!asleep[s->was[k]]) {
+            const int32_t first = s->was[awake];
+            s->was[awake++] = s->was[k];
+            s->was[k] = first;
+        }
+    }
+    s->motion->n_awake = awake;
+}
+
+/* All come back to the order asked for, those awake before those asleep. */
+static void order_all(ry_sleep *s)
+{
+    const ry_state *const state = s->state;
+    int32_t next = 0;
+    for (int asleep = 0; asleep < 2; asleep++) {
+        for (int32_t r = 0; r < state->grains.n; r++) {
+            const int32_t k = s->pairs->place[s->home[r]];
+            if (state->sleepers.asleep[k] == asleep) {
+                s->was[next++] = k;
+            }
+        }
+        s->motion->n_awake = asleep == 0 ? next : s->motion->n_awake;
+    }
+}
+
+/* ---- frozen contacts ------------------------------------------------------------------------- */
+
+static int sleeps(const ry_sleep *s, int32_t id)
+{
+    return id >= s->state->grains.n || s->state->sleepers.asleep[s->pairs->place[id]];
+}
+
+static void copy_contact(ry_contacts *to, int64_t at, const ry_contacts *from, int64_t c)
+{
+#define COPY(type, name, unit, text) to->name[at] = from->name[c];
+    RY_CONTACT_FIELDS(COPY)
+    if (from->is_wet) {
+        RY_WET_FIELDS(COPY)
+    }
+    RY_FROZEN_FIELDS(COPY)
+#undef COPY
+}
+
+/* Adds `more` to `all`; both are sorted and have nothing in common. From the end, so that nothing is in the way. */
+static ry_status merge(ry_contacts *all, const ry_contacts *more, ry_error *error)
+{
+    int64_t a = all->n - 1, b = more->n - 1, at = all->n + more->n - 1;
+    RY_TRY(ry_contacts_reserve(all, at + 1, error));
+    all->n = at + 1;
+    for (; b >= 0; at--) {
+        const int later = a >= 0 && (all->id_i[a] > more->id_i[b] ||
+                                     (all->id_i[a] == more->id_i[b] && all->id_j[a] > more->id_j[b]));
+        if (later) {
+            copy_contact(all, at, all, a--);
+        } else {
+            copy_contact(all, at, more, b--);
+        }
+    }
+    return RY_OK;
+}
+
+ry_status ry_sleep_export(const ry_sleep *s, ry_error *error)
+{
+    return merge(&s->state->contacts, &s->frozen, error);
+}
+
+/* Of all contacts in the state those of two sleepers. */
+static ry_status take_frozen(ry_sleep *s, ry_error *error)
+{
+    const ry_contacts *const all = &s->state->contacts;
+    RY_TRY(ry_contacts_reserve(&s->frozen, all->n, error));
+    s->frozen.n = 0;
+    for (int64_t c = 0; c < all->n; c++) {
+        if (sleeps(s, all->id_i[c]) && sleeps(s, all->id_j[c])) {
+            copy_contact(&s->frozen, s->frozen.n++, all, c);
+        }
+    }
+    return RY_OK;
+}
+
+/* Slot of a contact in the list. */
+static int32_t slot_of(const ry_sleep *s, int32_t id_i, int32_t id_j)
+{
+    const ry_pairs *const pairs = s->pairs;
+    const int32_t k = pairs->place[id_i];
+    if (id_j >= pairs->n_grains) {
+        return pairs->wall_slot[id_j - pairs->n_grains][k];
+    }
+    int32_t p = pairs->row[k];
+    while (pairs->j[p] != pairs->place[id_j]) {
+        p++;
+    }
+    return p;
+}
+
+/* Contacts of the list between grains that now sleep, with their impulses of this step. */
+static ry_status freeze(ry_sleep *s, ry_error *error)
+{
+    ry_contacts *const all = &s->state->contacts;
+    RY_TRY(ry_pairs_export(s->pairs, s->state, error));
+    int64_t n = 0;
+    for (int64_t c = 0; c < all->n; c++) {
+        if (sleeps(s, all->id_i[c]) && sleeps(s, all->id_j[c])) {
+            const double *const slot = s->pairs->slot[slot_of(s, all->id_i[c], all->id_j[c])];
+            copy_contact(all, n, all, c);
+            all->frozen_x[n] = slot[RY_SLOT_X];
+            all->frozen_z[n] = slot[RY_SLOT_Z];
+            all->frozen_turn[n++] = slot[RY_SLOT_TURN];
+        }
+    }
+    all->n = n;
+    return merge(&s->frozen, all, error);
+}
+
+/* Contacts one grain of which has woken go back to the list. */
+static void thaw(ry_sleep *s)
+{
+    ry_contacts *const frozen = &s->frozen;
+    int64_t kept = 0;
+    for (int64_t c = 0; c < frozen->n; c++) {
+        if (sleeps(s, frozen->id_i[c]) && sleeps(s, frozen->id_j[c])) {
+            copy_contact(frozen, kept++, frozen, c);
+        } else {
+            ry_pairs_import_one(s->pairs, s->state->grains.id, frozen, c);
+        }
+    }
+    frozen->n = kept;
+}
+
+/* What the frozen contacts give each grain; added in ascending id of the partner. */
+static void sum_frozen(ry_sleep *s)
+{
+    const ry_contacts *const c = &s->frozen;
+    const int32_t n = s->state->grains.n;
+    memset(s->held, 0, (size_t)n * sizeof *s->held);
+    memset(s->n_frozen, 0, (size_t)n * sizeof *s->n_frozen);
+    for (int64_t m = 0; m < c->n; m++) {
+        const int32_t ends[2] = {s->pairs->place[c->id_i[m]], c->id_j[m] < n ? s->pairs->place[c->id_j[m]] : -1};
+        for (int e = 0; e < 2 && ends[e] >= 0; e++) {
+            double *const held = s->held[ends[e]];
+            held[RY_SLOT_X] += e == 0 ? c->frozen_x[m] : -c->frozen_x[m];
+            held[RY_SLOT_Z] += e == 0 ? c->frozen_z[m] : -c->frozen_z[m];
+            held[RY_SLOT_TURN] += c->frozen_turn[m];
+            s->n_frozen[ends[e]]++;
+        }
+    }
+    memcpy(s->felt, s->held, (size_t)n * sizeof *s->felt);
+    s->known = 0;
+}
+
+/* ---- the force on sleepers ------------------------------------------------------------------- */
+
+static int is_listed(const ry_pairs *pairs, int32_t k)
+{
+    return pairs->row[k] < pairs->row[k + 1] || pairs->below_start[k] < pairs->below_start[k + 1];
+}
+
+/* The others' force cannot change, and its mean neither: with a change of 0 it stays 0. */
+static void list_watch(ry_sleep *s)
+{
+    const ry_sleepers *const q = &s->state->sleepers;
+    s->n_watch = 0;
+    for (int32_t k = s->motion->n_awake; k < s->state->grains.n; k++) {
+        const double *const felt = s->felt[k];
+        const int changes = (felt[RY_SLOT_X] != q->rest_x[k]) | (felt[RY_SLOT_Z] != q->rest_z[k]) |
+                            (felt[RY_SLOT_TURN] != q->rest_turn[k]) | (q->more_x[k] != 0.0) | (q->more_z[k] != 0.0) | (q->more_turn[k] != 0.0);
+        s->watch[s->n_watch] = k;
+        s->n_watch += !s->state->grains.fixed[k] && (changes || is_listed(s->pairs, k));
+    }
+    s->watched = s->neighbor->rebuilds;
+}
+
+static double length2(double x, double z, double turn)
+{
+    return x * x + z * z + turn * turn;
+}
+
+/* The contacts of a sleeper in this step: their sum, how it differs from that at rest, the mean of that. Returns
+ * whether this step alone wakes it. */
+static int feel(const ry_sleep *s, int32_t k)
+{
+    const ry_sleepers *const q = &s->state->sleepers;
+    double *const felt = s->felt[k];
+    ry_motion_listed(s->pairs, k, felt);
+    for (int c = 0; c < RY_SLOT; c++) {
+        felt[c] += s->held[k][c];
+    }
+    const double dx = felt[RY_SLOT_X] - q->rest_x[k], dz = felt[RY_SLOT_Z] - q->rest_z[k];
+    const double dt = felt[RY_SLOT_TURN] - q->rest_turn[k];
+    q->more_x[k] += s->part * (dx - q->more_x[k]);
+    q->more_z[k] += s->part * (dz - q->more_z[k]);
+    q->more_turn[k] += s->part * (dt - q->more_turn[k]);
+    return length2(dx, dz, dt) * s->part * s->part > q->bears[k] * q->bears[k];
+}
+
+/* The mean change of the contacts' force and that of the fluid's are more than a sleeper bears. */
+static int is_moved(const ry_sleep *s, int32_t k)
+{
+    const ry_sleepers *const q = &s->state->sleepers;
+    const ry_motion *const m = s->motion;
+    const double im = m->im[k], most = q->bears[k] * im; /* as velocities, to save the division */
+    const double x = q->more_x[k] * im + m->gx[k] - q->rest_gx[k];
+    const double z = q->more_z[k] * im + m->gz[k] - q->rest_gz[k];
+    return length2(x, z, q->more_turn[k] * im) > most * most;
+}
+
+static void add_woken(ry_sleep *s, int32_t k)
+{
+    if (s->state->sleepers.asleep[k] && !s->state->grains.fixed[k]) {
+        s->state->sleepers.asleep[k] = 0;
+        s->woken[s->n_woken++] = k;
+    }
+}
+
+/* The fluid's force on those that sleep, and the contacts' that balances it along x. */
+static void sample_asleep(const ry_sleep *s)
+{
+    const ry_motion *const m = s->motion;
+    if (s->flow != NULL) {
+        ry_flow_sample_asleep(s->flow, &s->state->grains, s->motion);
+    }
+    for (int32_t k = m->n_awake; k < s->state->grains.n; k++) {
+        m->cx[k] = m->im[k] > 0.0 ? -m->gx[k] / m->im[k] : 0.0;
+    }
+}
+
+/* Lists those whom this step wakes. */
+static void find_woken(ry_sleep *s)
+{
+    const int64_t step = s->state->step;
+    const int checks = step % CHECK_EVERY == 0, advanced = s->flow != NULL && step % s->flow->advance == 0;
+    s->n_woken = 0;
+    for (int32_t w = 0; w < s->n_watch; w++) {
+        const int32_t k = s->watch[w];
+        if (feel(s, k) || (checks && is_moved(s, k))) {
+            add_woken(s, k);
+        }
+    }
+    if (advanced) {
+        sample_asleep(s);
+        for (int32_t k = s->motion->n_awake; k < s->state->grains.n; k++) {
+            if (!s->state->grains.fixed[k] && is_moved(s, k)) {
+                add_woken(s, k);
+            }
+        }
+    }
+}
+
+/* ---- waking ---------------------------------------------------------------------------------- */
+
+/* The change of the forces in this step, and no more, moves it. */
+static void push_woken(const ry_sleep *s, int32_t k)
+{
+    ry_grains *const g = &s->state->grains;
+    const ry_sleepers *const q = &s->state->sleepers;
+    const ry_motion *const m = s->motion;
+    const double *const felt = s->felt[k];
+    const double length = m->periodic ? m->length : 0.0;
+    g->vx[k] = (felt[RY_SLOT_X] - q->rest_x[k]) * m->im[k] + m->gx[k] - q->rest_gx[k];
+    g->vz[k] = (felt[RY_SLOT_Z] - q->rest_z[k]) * m->im[k] + m->gz[k] - q->rest_gz[k];
+    g->spin[k] = (felt[RY_SLOT_TURN] - q->rest_turn[k]) * m->spin_gain[k];
+    g->x[k] += g->vx[k] * m->dt;
+    g->z[k] += g->vz[k] * m->dt;
+    const int out = m->periodic ? (g->x[k] >= length) - (g->x[k] < 0.0) : 0;
+    g->x[k] -= out * length;
+    g->image[k] += out;
+}
+
+/* Nothing of its sleep is left. */
+static void forget_sleep(const ry_sleep *s, int32_t k)
+{
+    ry_grains *const g = &s->state->grains;
+    const ry_sleepers *const q = &s->state->sleepers;
+#define FORGET(type, name, unit, text) q->name[k] = 0;
+    RY_SLEEP_FIELDS(FORGET)
+#undef FORGET
+    q->from_x[k] = g->x[k];
+    q->from_z[k] = g->z[k];
+    if (s->flow != NULL && s->flow->model != RY_FLOW_STRESS) { /* the steps that the advance will not have seen */
+        const int advance = s->flow->advance;
+        g->push[k] *= (double)(s->state->step % advance + 1) / advance;
+    }
+}
+
+/* With the sets of s->was: places, bodies, list, frozen contacts. */
+static ry_status reform(ry_sleep *s, ry_error *error)
+{
+    const ry_grains *const g = &s->state->grains;
+    ry_motion *const m = s->motion;
+    carry(s);
+    ry_motion_settle(m, g);
+    m->highest_asleep = -INFINITY;
+    for (int32_t k = m->n_awake; k < g->n; k++) {
+        m->highest_asleep = g->z[k] > m->highest_asleep ? g->z[k] : m->highest_asleep;
+    }
+    s->neighbor->was = s->was;
+    RY_TRY(ry_neighbor_rebuild(s->neighbor, g, s->pairs, error));
+    s->neighbor->was = NULL;
+    thaw(s);
+    sum_frozen(s);
+    list_watch(s);
+    return RY_OK;
+}
+
+static ry_status wake(ry_sleep *s, ry_error *error)
+{
+    const int32_t first = s->n_woken;
+    ry_contact_close(s->contact, &s->state->grains, s->pairs);
+    for (int32_t w = 0; w < first; w++) {
+        const int32_t *near;
+        int32_t n;
+        RY_TRY(ry_neighbor_around(s->neighbor, &s->state->grains, s->woken[w], s->around, &near, &n, error));
+        for (int32_t m = 0; m < n; m++) {
+            add_woken(s, near[m]);
+        }
+    }
+    for (int32_t w = 0; w < s->n_woken; w++) {
+        if (w < first) {
+            push_woken(s, s->woken[w]);
+        }
+        forget_sleep(s, s->woken[w]);
+    }
+    order_woken(s);
+    return reform(s, error);
+}
+
+/* ---- falling asleep -------------------------------------------------------------------------- */
+
+static int rests(const ry_sleep *s, int32_t k)
+{
+    const ry_grains *const g = &s->state->grains;
+    const ry_sleepers *const q = &s->state->sleepers;
+    const double dx = ry_contact_nearest(g->x[k] - q->from_x[k], s->contact->length, s->contact->half);
+    const double dz = g->z[k] - q->from_z[k], v2 = g->vx[k] * g->vx[k] + g->vz[k] * g->vz[k];
+    return dx * dx + dz * dz < s->still * s->still && v2 < s->slow2 && ry_contact_count(s->contact, s->pairs, k) > 1;
+}
+
+static double slot_length(const double *slot)
+{
+    return sqrt(slot[RY_SLOT_X] * slot[RY_SLOT_X] + slot[RY_SLOT_Z] * slot[RY_SLOT_Z]);
+}
+
+/* Half the sum of what its contacts give a grain, or its weight. */
+static double load_of(const ry_sleep *s, int32_t k)
+{
+    const ry_pairs *const pairs = s->pairs;
+    double sum = 0.0;
+    for (int32_t b = pairs->below_start[k]; b < pairs->below_start[k + 1]; b++) {
+        sum += slot_length(pairs->slot[pairs->below[b]]);
+    }
+    for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
+        sum += slot_length(pairs->slot[p]);
+    }
+    for (int w = 0; w < RY_MAX_WALLS && pairs->wall_slot[w] != NULL; w++) {
+        sum += pairs->wall_slot[w][k] >= 0 ? slot_length(pairs->slot[pairs->wall_slot[w][k]]) : 0.0;
+    }
+    return fmax(0.5 * sum, fabs(s->motion->weight[k]) / s->motion->im[k]);
+}
+
+/* Grain k may fall asleep: everybody around is quiet. Fills the mean load there. */
+static ry_status ask_neighbours(ry_sleep *s, int32_t k, int *all_quiet, double *load, ry_error *error)
+{
+    const ry_grains *const g = &s->state->grains;
+    const int32_t *near;
+    int32_t n;
+    RY_TRY(ry_neighbor_around(s->neighbor, g, k, s->quiet, &near, &n, error));
+    double sum = 0.0;
+    int32_t count = 0, quiet = 1;
+    for (int32_t m = 0; m < n; m++) {
+        quiet &= s->mark[near[m]];
+        if (!g->fixed[near[m]]) {
+            sum += s->own_load[near[m]];
+            count++;
+        }
+    }
+    *all_quiet = quiet & MARK_QUIET;
+    *load = sum / count;
+    return RY_OK;
+}
+
+static void lay_down(const ry_sleep *s, int32_t k)
+{
+    ry_grains *const g = &s->state->grains;
+    const ry_sleepers *const q = &s->state->sleepers;
+    double sum[RY_SLOT];
+    ry_motion_listed(s->pairs, k, sum);
+    q->asleep[k] = 1;
+    q->rest_x[k] = sum[RY_SLOT_X];
+    q->rest_z[k] = sum[RY_SLOT_Z];
+    q->rest_turn[k] = sum[RY_SLOT_TURN];
+    q->load[k] = s->own_load[k];
+    g->vx[k] = g->vz[k] = g->spin[k] = 0.0;
+}
+
+/* Sleepers among sleepers only: what has come to rest around them is what they rest on now. */
+static void rest_anew(const ry_sleep *s)
+{
+    const ry_sleepers *const q = &s->state->sleepers;
+    for (int32_t k = s->motion->n_awake; k < s->state->grains.n; k++) {
+        if (ry_contact_count(s->contact, s->pairs, k) == s->n_frozen[k]) {
+            q->rest_x[k] = s->felt[k][RY_SLOT_X];
+            q->rest_z[k] = s->felt[k][RY_SLOT_Z];
+            q->rest_turn[k] = s->felt[k][RY_SLOT_TURN];
+            q->more_x[k] = q->more_z[k] = q->more_turn[k] = 0.0;
+        }
+    }
+}
+
+/* The fluid's force on those that have just fallen asleep. */
+static void sample_new(const ry_sleep *s)
+{
+    const ry_sleepers *const q = &s->state->sleepers;
+    sample_asleep(s);
+    for (int32_t k = s->motion->n_awake; k < s->state->grains.n; k++) {
+        if (s->mark[k] & MARK_NEW) {
+            q->rest_gx[k] = s->motion->gx[k];
+            q->rest_gz[k] = s->motion->gz[k];
+        }
+    }
+}
+
+static void find_quiet(ry_sleep *s)
+{
+    for (int32_t k = 0; k < s->state->grains.n; k++) {
+        const int awake = k < s->motion->n_awake;
+        s->mark[k] = !awake || rests(s, k) ? MARK_QUIET : 0;
+        s->own_load[k] = awake ? load_of(s, k) : s->state->sleepers.load[k];
+    }
+}
+
+static ry_status fall_asleep(ry_sleep *s, ry_error *error)
+{
+    const ry_grains *const g = &s->state->grains;
+    const ry_sleepers *const q = &s->state->sleepers;
+    int32_t n_new = 0;
+    ry_contact_close(s->contact, g, s->pairs); /* while its grains still move */
+    find_quiet(s);
+    for (int32_t k = 0; k < s->motion->n_awake; k++) {
+        int all_quiet = 0;
+        double load = 0.0;
+        if (s->mark[k] & MARK_QUIET) {
+            RY_TRY(ask_neighbours(s, k, &all_quiet, &load, error));
+        }
+        if (all_quiet) {
+            s->mark[k] |= MARK_NEW;
+            q->bears[k] = s->tolerance * load;
+            n_new++;
+        }
+        q->from_x[k] = g->x[k];
+        q->from_z[k] = g->z[k];
+    }
+    for (int32_t k = 0; k < s->motion->n_awake; k++) {
+        if (s->mark[k] & MARK_NEW) {
+            lay_down(s, k);
+        }
+    }
+    if (n_new > 0) {
+        RY_TRY(freeze(s, error));
+        order_all(s);
+        RY_TRY(reform(s, error));
+    }
+    rest_anew(s);
+    sample_new(s);
+    list_watch(s);
+    return RY_OK;
+}
+
+/* ---- the stage ------------------------------------------------------------------------------- */
+
+ry_status ry_sleep_stage(ry_sleep *s, ry_error *error)
+{
+    const int32_t n = s->state->grains.n;
+    s->slept += (double)(n - s->motion->n_awake - s->n_fixed) / fmax(n - s->n_fixed, 1);
+    s->steps++;
+    if (s->watched != s->neighbor->rebuilds) {
+        list_watch(s);
+    }
+    find_woken(s);
+    if (s->n_woken > 0) {
+        RY_TRY(wake(s, error));
+    }
+    return s->look_every > 0 && (s->state->step + 1) % s->look_every == 0 ? fall_asleep(s, error) : RY_OK;
+}
+
+/* The frozen contacts as a list, as far as measuring needs one. */
+ry_contact_sums ry_sleep_measure(ry_sleep *s)
+{
+    const ry_contacts *const c = &s->frozen;
+    const size_t n = (size_t)c->n + 1;
+    if (s->known) {
+        return s->resting;
+    }
+    ry_pairs list = {.n_grains = s->state->grains.n, .n = (int32_t)c->n, .slip = c->slip, .rest = c->rest};
+    list.i = ry_array(n, sizeof *list.i);
+    list.j = ry_array(n, sizeof *list.j);
+    list.age = ry_array(n, sizeof *list.age);
+    s->resting = (ry_contact_sums){0};
+    if (list.i != NULL && list.j != NULL && list.age != NULL) {
+        for (int32_t p = 0; p < list.n; p++) {
+            list.i[p] = s->pairs->place[c->id_i[p]];
+            list.j[p] = c->id_j[p] < list.n_grains ? s->pairs->place[c->id_j[p]] : c->id_j[p];
+            list.age[p] = (uint8_t)c->age[p];
+        }
+        s->resting = ry_contact_measure_run(s->contact, &s->state->grains, &list);
+        s->known = 1;
+    }
+    free(list.i);
+    free(list.j);
+    free(list.age);
+    return s->resting;
+}
+
+/* ---- making it ------------------------------------------------------------------------------- */
+
+/* Everything that stands in storage order and outlasts a step. */
+static void carry_state(ry_sleep *s)
+{
+    ry_state *const state = s->state;
+#define CARRY(type, name, unit, text) ry_sleep_carry(s, state->grains.name, sizeof(type));
+    RY_GRAIN_FIELDS(CARRY)
+#undef CARRY
+#define CARRY(type, name, unit, text) ry_sleep_carry(s, state->sleepers.name, sizeof(type));
+    RY_SLEEP_FIELDS(CARRY)
+#undef CARRY
+    const ry_motion *const m = s->motion;
+    double *const arrays[] = {m->im, m->tm, m->spin_gain, m->weight, m->gx, m->gz, m->cx, m->cz, m->ct};
+    for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++) {
+        ry_sleep_carry(s, arrays[a], sizeof(double));
+    }
+    if (s->flow != NULL) {
+        ry_sleep_carry(s, s->flow->area, sizeof(double));
+        ry_sleep_carry(s, s->flow->viscous, sizeof(double));
+        ry_sleep_carry(s, s->flow->volume, sizeof(double));
+    }
+    ry_sleep_carry(s, s->mark, sizeof *s->mark);
+}
+
+static ry_status make_arrays(ry_sleep *s, ry_error *error)
+{
+    const size_t n = (size_t)s->state->grains.n + RY_MAX_WALLS;
+    s->held = ry_array(n, sizeof *s->held);
+    s->felt = ry_array(n, sizeof *s->felt);
+    s->n_frozen = ry_array(n, sizeof *s->n_frozen);
+    s->watch = ry_array(n, sizeof *s->watch);
+    s->woken = ry_array(n, sizeof *s->woken);
+    s->home = ry_array(n, sizeof *s->home);
+    s->was = ry_array(n, sizeof *s->was);
+    s->now = ry_array(n, sizeof *s->now);
+    s->moved = ry_array(n, sizeof *s->moved);
+    s->mark = ry_array(n, sizeof *s->mark);
+    s->own_load = ry_array(n, sizeof *s->own_load);
+    s->scratch = ry_array(n, sizeof(double));
+    return s->held && s->felt && s->n_frozen && s->watch && s->woken && s->home && s->was && s->now && s->moved && s->mark &&
+                   s->own_load && s->scratch
+               ? RY_OK
+               : ry_no_memory(error, n * 100);
+}
+
+ry_status ry_sleep_create(ry_sleep *s, ry_error *error)
+{
+    const ry_grains *const g = &s->state->grains;
+    ry_motion *const m = s->motion;
+    RY_TRY(make_arrays(s, error));
+    carry_state(s);
+    s->frozen.is_wet = s->pairs->wet != NULL;
+    s->frozen.sleeps = 1;
+    s->contact->frozen = s->n_frozen;
+    for (int32_t k = 0; k < g->n; k++) {
+        s->home[k] = g->id[k];
+        s->n_fixed += g->fixed[k];
+    }
+    m->n_awake = 0;
+    while (m->n_awake < g->n && !s->state->sleepers.asleep[m->n_awake]) {
+        m->n_awake++;
+    }
+    for (int32_t k = m->n_awake; k < g->n; k++) {
+        m->highest_asleep = g->z[k] > m->highest_asleep ? g->z[k] : m->highest_asleep;
+    }
+    RY_TRY(take_frozen(s, error));
+    sample_asleep(s);
+    sum_frozen(s);
+    list_watch(s);
+    return RY_OK;
+}
+
+void ry_sleep_free(ry_sleep *s)
+{
+    void *const arrays[] = {s->held, s->felt, s->n_frozen, s->watch, s->woken, s->home,    s->was,
+                            s->now,  s->moved,    s->mark,  s->own_load, s->scratch};
+    for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++) {
+        free(arrays[a]);
+    }
+    ry_state own = {.contacts = s->frozen};
+    ry_state_free(&own);
+    *s = (ry_sleep){0};
+}

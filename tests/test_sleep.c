@@ -1,0 +1,418 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * contact.sleep: the same bits whatever may not matter, with sleeping on; who sleeps, who wakes, and what it changes.
+ * ctest: timeout 120 */
+#include <unistd.h>
+
+#include "scene_bench.h"
+#include "io/result.h"
+#include "sim/sim.h"
+
+static int movable(const scene *s)
+{
+    return s->sim->state.grains.n - s->sim->plan.sleep.n_fixed;
+}
+
+/* Part of the grains that can move and sleep now. */
+static double asleep(const scene *s)
+{
+    const int sleepers = s->sim->state.grains.n - s->sim->plan.motion.n_awake - s->sim->plan.sleep.n_fixed;
+    return (double)sleepers / movable(s);
+}
+
+/* ---- bits ---------------------------------------------------------------------------------------- */
+
+/* Scenes in which many sleep and many wake; looks at who rests are every 1380 steps. */
+typedef struct sample_scene {
+    const char *file, *overrides;
+    long long steps;
+} sample_scene;
+static const sample_scene scenes[] = {
+    {"flume.yaml", "grains.columns=10 grains.layers=14 time.settle=0.08 fluid.start=rest fluid.shields=0.6 "
+                   "contact.sleep=0.5", 9000},
+    {"flume.yaml", "grains.columns=10 grains.layers=14 time.settle=0.06 fluid.model=stress fluid.shields=0.2 "
+                   "contact.sleep=0.5 contact.wet=true domain.periodic=false domain.walls=true", 9000},
+    {"flume.yaml", "grains.columns=10 grains.layers=14 time.settle=0.06 fluid.model=log fluid.lift=0.2 "
+                   "fluid.shields=0.2 contact.sleep=0.5 contact.law=tanaka output.fields=[energy,profile]", 10000},
+};
+enum { SCENES = sizeof scenes / sizeof *scenes };
+
+static scene *open_sample(int k, int threads, const char *more)
+{
+    return open_file(scenes[k].file, threads, "%s %s", scenes[k].overrides, more);
+}
+
+static unsigned long long hash_of(int k, int threads, const char *more)
+{
+    scene *const s = open_sample(k, threads, more);
+    step_scene(s, scenes[k].steps);
+    const unsigned long long hash = ry_sim_hash(s->sim);
+    close_scene(s);
+    return hash;
+}
+
+/* Else the tests of bits would show nothing. */
+static void test_scenes_sleep_and_wake(void **state)
+{
+    (void)state;
+    for (int k = 0; k < SCENES; k++) {
+        scene *const s = open_sample(k, 1, "");
+        int fell = 0, woke = 0, before = s->sim->plan.motion.n_awake;
+        while (ry_sim_view(s->sim).step < scenes[k].steps) {
+            step_scene(s, 1);
+            fell += s->sim->plan.motion.n_awake < before;
+            woke += s->sim->plan.motion.n_awake > before;
+            before = s->sim->plan.motion.n_awake;
+        }
+        printf("scene %d: sets formed anew by sleep %d, by waking %d times; asleep in the mean %.2f\n", k, fell, woke,
+               s->sim->plan.sleep.slept / (double)s->sim->plan.sleep.steps);
+        assert_true(fell >= 2 && woke >= 3);
+        close_scene(s);
+    }
+}
+
+static void test_what_may_not_matter(void **state)
+{
+    (void)state;
+    static const struct {
+        int threads;
+        const char *more;
+    } ways[] = {{2, ""}, {3, "numerics.skin=0.5"}, {1, "numerics.skin=0.05"}, {1, "numerics.order=bed"},
+                {1, "numerics.order=shuffled numerics.skin=0.12"}};
+    for (int k = 0; k < SCENES; k++) {
+        const unsigned long long one = hash_of(k, 1, "");
+        for (size_t w = 0; w < sizeof ways / sizeof *ways; w++) {
+            const unsigned long long other = hash_of(k, ways[w].threads, ways[w].more);
+            if (other != one) {
+                fail_msg("scene %d, %d threads %s: 0x%016llx, not 0x%016llx", k, ways[w].threads, ways[w].more, other,
+                         one);
+            }
+        }
+    }
+}
+
+static void test_looking(void **state)
+{
+    (void)state;
+    for (int k = 0; k < SCENES; k++) {
+        scene *const s = open_sample(k, 1, "");
+        for (long long step = 0, n; step < scenes[k].steps; step += n) {
+            n = step % 5 == 0 ? 7 : 3;
+            n = n < scenes[k].steps - step ? n : scenes[k].steps - step;
+            step_scene(s, n);
+            ry_sim_sample(s->sim);
+            ry_sim_profile(s->sim);
+            if (step % 11 == 0) {
+                ry_sim_hash(s->sim);
+            }
+        }
+        const unsigned long long looked = ry_sim_hash(s->sim);
+        close_scene(s);
+        assert_true(looked == hash_of(k, 1, ""));
+    }
+}
+
+/* Measuring or not: the grains go the same ways. */
+static void test_measuring(void **state)
+{
+    (void)state;
+    scene *const all = open_sample(0, 1, "output.fields=[position,flux,energy,profile]");
+    scene *const flux = open_sample(0, 1, "output.fields=[flux]");
+    step_scene(all, scenes[0].steps);
+    step_scene(flux, scenes[0].steps);
+    assert_true(ry_sim_hash(all->sim) == ry_sim_hash(flux->sim));
+    close_scene(all);
+    close_scene(flux);
+}
+
+static char folder[] = "/tmp/ryusa-test-sleep-XXXXXX";
+
+static int make_folder(void **unused)
+{
+    (void)unused;
+    return mkdtemp(folder) != NULL ? 0 : -1;
+}
+
+static int remove_folder(void **unused)
+{
+    (void)unused;
+    char line[100];
+    snprintf(line, sizeof line, "rm -rf '%s'", folder);
+    return system(line) == 0 ? 0 : -1;
+}
+
+static void save_and_forget(scene *s, int threads)
+{
+    char path[100];
+    snprintf(path, sizeof path, "%s/saved.h5", folder);
+    ry_error error = {0};
+    ry_result *file = NULL;
+    ry_state state = {0};
+    int found = 0;
+    assert_int_equal(ry_sim_collect(s->sim, &error), RY_OK);
+    assert_int_equal(ry_result_create(&file, path, &s->config, &s->sim->state, 1, &error), RY_OK);
+    assert_int_equal(ry_result_flush(file, &s->sim->state, &error), RY_OK);
+    ry_result_close(file);
+    ry_sim_free(s->sim);
+    assert_int_equal(ry_result_resume(&file, path, &s->config, &state, &found, &error), RY_OK);
+    assert_int_equal(found, 1);
+    ry_result_close(file);
+    s->sim = ry_sim_adopt(&s->config, &state, threads, &error);
+    if (s->sim == NULL) {
+        fail_msg("%s", error.text);
+    }
+}
+
+/* Before and after looks, between advances of the fluid, at once after a wake. */
+static void test_going_on(void **state)
+{
+    (void)state;
+    for (int k = 0; k < SCENES; k++) {
+        const long long end = scenes[k].steps;
+        const long long stops[] = {0, 1, 2759, 2760, end / 3, end / 2, end / 2 + 13, end / 2 + 14, end - 1};
+        scene *const s = open_sample(k, 1, k % 2 ? "numerics.order=shuffled" : "");
+        for (int m = 0; m < 9; m++) {
+            step_scene(s, stops[m] - ry_sim_view(s->sim).step);
+            save_and_forget(s, 1 + m % 3);
+        }
+        for (int times = 0; ry_sim_view(s->sim).step < end;) {
+            const int before = s->sim->plan.motion.n_awake;
+            step_scene(s, 1);
+            if (s->sim->plan.motion.n_awake != before && times++ < 20) {
+                save_and_forget(s, 1);
+            }
+        }
+        const unsigned long long parts = ry_sim_hash(s->sim);
+        close_scene(s);
+        assert_true(parts == hash_of(k, 1, ""));
+    }
+}
+
+/* ---- who sleeps and who wakes -------------------------------------------------------------------- */
+
+static void test_bad_values(void **state)
+{
+    (void)state;
+    const char *const bad[] = {"contact.sleep=-0.1", "contact.sleep=11", "contact.sleep=1 mm", "contact.sleep=nan"};
+    for (size_t k = 0; k < sizeof bad / sizeof *bad; k++) {
+        ry_config config;
+        ry_error error = {0};
+        assert_int_equal(ry_config_load(&config, RY_SOURCE_DIR "/params/flume.yaml", &bad[k], 1, &error),
+                         RY_BAD_INPUT);
+        assert_non_null(strstr(error.text, "contact.sleep"));
+    }
+}
+
+/* Without sleep there is no stage and no array of it. */
+static void test_off(void **state)
+{
+    (void)state;
+    scene *const s = open_file("flume.yaml", 1, "time.end=1");
+    for (int k = 0; k < s->sim->plan.n_stages; k++) {
+        assert_string_not_equal(s->sim->plan.stage[k].name, "sleep");
+    }
+    assert_null(s->sim->state.sleepers.asleep);
+    assert_null(s->sim->plan.sleep.watch);
+    close_scene(s);
+}
+
+static int listed(const scene *s)
+{
+    const ry_pairs *const pairs = &s->sim->plan.pairs;
+    return pairs->row[pairs->n_grains];
+}
+
+/* A bed at rest sleeps as a whole, and then nobody looks at its pairs; its contacts are not forgotten. */
+static void test_bed_falls_asleep(void **state)
+{
+    (void)state;
+    const char *const bed = "grains.columns=16 grains.layers=10 fluid.model=none output.fields=[energy]";
+    scene *const sleeping = open_file("flume.yaml", 1, "%s contact.sleep=0.5", bed);
+    scene *const wakeful = open_file("flume.yaml", 1, "%s", bed);
+    run_until(sleeping, 0.3);
+    run_until(wakeful, 0.3);
+    assert_true(asleep(sleeping) > 0.95);
+    assert_true(listed(sleeping) < 0.1 * listed(wakeful));
+    const ry_sample a = ry_sim_sample(sleeping->sim), b = ry_sim_sample(wakeful->sim);
+    assert_int_equal(ry_sim_collect(sleeping->sim, NULL), RY_OK);
+    assert_int_equal(ry_sim_collect(wakeful->sim, NULL), RY_OK);
+    const double contacts = (double)wakeful->sim->state.contacts.n;
+    /* the same bed, but for what it still creeps and trembles: a contact or two open and close */
+    assert_true(fabs((double)sleeping->sim->state.contacts.n - contacts) < 0.03 * contacts);
+    assert_true(fabs(a.gravity_energy / b.gravity_energy - 1.0) < 1e-3);
+    assert_true(fabs(a.elastic_normal / b.elastic_normal - 1.0) < 0.1);
+    assert_true(a.kinetic_energy <= b.kinetic_energy);
+    close_scene(sleeping);
+    close_scene(wakeful);
+}
+
+/* The flow sets in over a bed that sleeps; or becomes stronger, by ry_sim_set_stress. */
+static void test_flow_wakes(void **state)
+{
+    (void)state;
+    for (int grows = 0; grows < 2; grows++) {
+        scene *const s = open_file("flume.yaml", 1, "grains.columns=16 grains.layers=10 time.settle=%s fluid.start=rest "
+                                   "fluid.shields=%s contact.sleep=1", grows ? "0.02" : "0.25", grows ? "0.01" : "0.5");
+        run_until(s, 0.25);
+        assert_true(asleep(s) > 0.95);
+        assert_true(ry_sim_sample(s->sim).q_star < 0.01);
+        if (grows) {
+            ry_sim_set_stress(s->sim, 50.0 * s->sim->plan.derived.shear_stress);
+        }
+        run_until(s, 0.5);
+        assert_true(asleep(s) < 0.9);
+        assert_true(ry_sim_sample(s->sim).q_star > 0.1);
+        close_scene(s);
+    }
+}
+
+/* ---- what it changes ----------------------------------------------------------------------------- */
+
+typedef struct mean {
+    double sum, sum2;
+    int n;
+} mean;
+
+static void add(mean *m, double value)
+{
+    m->sum += value;
+    m->sum2 += value * value;
+    m->n++;
+}
+
+static double average(const mean *m)
+{
+    return m->sum / m->n;
+}
+
+static double standard_error2(const mean *m)
+{
+    return (m->sum2 / m->n - average(m) * average(m)) / (m->n - 1);
+}
+
+/* The difference is within three standard errors, and those are small enough to tell something. */
+static void check_agree(const char *what, const mean *a, const mean *b, double most)
+{
+    const double error = sqrt(standard_error2(a) + standard_error2(b));
+    printf("%s: %.4g with sleep, %.4g without, +- %.2g\n", what, average(a), average(b), error);
+    assert_true(error < most * average(b));
+    assert_true(fabs(average(a) - average(b)) < 3.0 * error);
+}
+
+/* A grain falls for 0.3 s onto a dry bed that has come to rest meanwhile: 3 m/s. How many grains are moved, and how
+ * fast the fastest goes up again. */
+static void impact(int trial, double sleep, mean *moved, mean *rebound)
+{
+    scene *const s = open_scene("time: {step: 10 us, end: 1 s}\n"
+                                "domain: {periodic: true, floor: rough, gravity: 9.81, length: 8 mm}\n"
+                                "grains: {diameter: 0.5 mm, spread: 0.1, columns: 16, layers: 8, seed: %d}\n"
+                                "particles: [{position: [%g mm, 450 mm], diameter: 0.5 mm}]\n"
+                                "contact: {restitution: 0.5, sleep: %g}\nfluid: {model: none}\n"
+                                "output: {fields: [flux]}\n", 1 + trial, 0.37 * trial, sleep);
+    double before[400], fastest = 0.0;
+    run_until(s, 0.295);
+    assert_true(sleep == 0.0 || asleep(s) > 0.95);
+    ry_view v = ry_sim_view(s->sim);
+    for (int k = 0; k < v.n; k++) {
+        before[v.id[k]] = v.x[k] + v.image[k] * 8e-3;
+    }
+    while (v.time < 0.32) {
+        step_scene(s, 100);
+        v = ry_sim_view(s->sim);
+        for (int k = 0; k < v.n; k++) {
+            fastest = fmax(fastest, v.vz[k]);
+        }
+    }
+    int n = 0;
+    for (int k = 0; k < v.n; k++) {
+        n += fabs(v.x[k] + v.image[k] * 8e-3 - before[v.id[k]]) > 0.2 * 0.5e-3;
+    }
+    add(moved, n);
+    add(rebound, fastest);
+    close_scene(s);
+}
+
+static void test_impact(void **state)
+{
+    (void)state;
+    mean moved[2] = {{0}}, rebound[2] = {{0}};
+    for (int trial = 0; trial < 24; trial++) {
+        impact(trial, 1.0, &moved[0], &rebound[0]);
+        impact(trial, 0.0, &moved[1], &rebound[1]);
+    }
+    check_agree("grains moved by an impact", &moved[0], &moved[1], 0.2);
+    check_agree("speed upwards", &rebound[0], &rebound[1], 0.2);
+}
+
+/* Blocks of 0.2 s, several autocorrelation times. */
+static double run_flume(int seed, const char *sleep, mean *q)
+{
+    scene *const s = open_file("flume.yaml", 1, "grains.columns=16 grains.layers=16 fluid.shields=0.4 grains.seed=%d "
+                               "output.fields=[flux] contact.sleep=%s", seed, sleep);
+    run_until(s, 0.8);
+    for (int block = 0; block < 8; block++) {
+        double sum = 0.0;
+        for (int k = 0; k < 100; k++) {
+            step_scene(s, 100);
+            sum += ry_sim_sample(s->sim).q_star;
+        }
+        add(q, sum / 100);
+    }
+    const double part = asleep(s);
+    close_scene(s);
+    return part;
+}
+
+static void test_flux(void **state)
+{
+    (void)state;
+    mean with = {0}, without = {0};
+    double part = 0.0;
+    for (int seed = 1; seed <= 4; seed++) {
+        part += run_flume(seed, "1", &with) / 4;
+        run_flume(seed, "0", &without);
+    }
+    printf("asleep: %.2f\n", part);
+    assert_true(part > 0.3);
+    check_agree("q*", &with, &without, 0.1);
+}
+
+/* What sleeps passes the stress on: tau_fluid + tau_grain is the same from below the moving layers down to the floor; and
+ * tau_b, but for what the moving grains still gain in 0.8 s (5 % without sleep, too). */
+static void test_stress(void **state)
+{
+    (void)state;
+    scene *const s = open_file("flume.yaml", 1, "grains.columns=16 grains.layers=16 fluid.shields=0.4 contact.sleep=1 "
+                               "output.fields=[flux,profile]");
+    run_until(s, 0.8);
+    const ry_measure *const m = &s->sim->plan.measure;
+    for (int k = 0; k < 800; k++) {
+        step_scene(s, 50);
+        ry_sim_profile(s->sim);
+    }
+    assert_true(asleep(s) > 0.3);
+    const double tau_b = s->sim->plan.derived.shear_stress;
+    double least = INFINITY, most = -INFINITY;
+    const int below_bed = (int)((ry_sim_sample(s->sim).bed_level - 4.0 * 0.5e-3) / m->dz);
+    for (int z = 6; z < below_bed; z++) { /* not the row of the floor */
+        const double sum = (m->tau_grain[z] + m->tau_fluid[z]) / (double)m->samples;
+        least = fmin(least, sum / tau_b);
+        most = fmax(most, sum / tau_b);
+    }
+    printf("stress in the bed: %.4f to %.4f of that on it\n", least, most);
+    assert_true(most - least < 0.01);
+    assert_true(least > 0.9 && most < 1.1);
+    close_scene(s);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_scenes_sleep_and_wake), cmocka_unit_test(test_what_may_not_matter),
+        cmocka_unit_test(test_looking), cmocka_unit_test(test_measuring), cmocka_unit_test(test_going_on),
+        cmocka_unit_test(test_bad_values), cmocka_unit_test(test_off), cmocka_unit_test(test_bed_falls_asleep),
+        cmocka_unit_test(test_flow_wakes), cmocka_unit_test(test_impact), cmocka_unit_test(test_flux), cmocka_unit_test(test_stress),
+    };
+    return cmocka_run_group_tests(tests, make_folder, remove_folder);
+}
