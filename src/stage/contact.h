@@ -149,6 +149,11 @@ ry_bond ry_contact_bond(const ry_contact *contact, int32_t i, int32_t j);
 /* Grain i (or a wall) can't move or has more contacts than one in this step. */
 int ry_contact_rests(const ry_contact *contact, const ry_pairs *pairs, int32_t i);
 
+/* The contact is an impact, with its own ways; all else is an explicit spring. Energy of its tangential spring [J]. */
+int ry_contact_in_impact(const ry_contact *contact, const ry_pairs *pairs, int32_t pair);
+double ry_contact_tangential(const ry_contact *contact, const ry_grains *grains, const ry_pairs *pairs, int32_t pair,
+                             ry_gap gap, double stretch);
+
 /* Contacts of grain k in this step. */
 int ry_contact_count(const ry_contact *contact, const ry_pairs *pairs, int32_t k);
 

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors */
-#include "stage/sleep.h"
+#include "stage/sleep_private.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -36,195 +36,6 @@ void ry_sleep_carry(ry_sleep *s, void *array, size_t size)
     }
 }
 
-/* ---- grains change places -------------------------------------------------------------------- */
-
-static void carry_one(const ry_sleep *s, char *array, size_t size, int32_t n_moved)
-{
-    for (int32_t m = 0; m < n_moved; m++) {
-        memcpy(s->scratch + (size_t)m * size, array + (size_t)s->was[s->moved[m]] * size, size);
-    }
-    for (int32_t m = 0; m < n_moved; m++) {
-        memcpy(array + (size_t)s->moved[m] * size, s->scratch + (size_t)m * size, size);
-    }
-}
-
-/* To the order of s->was: the old place of each. */
-static void carry(ry_sleep *s)
-{
-    int32_t n_moved = 0;
-    for (int32_t k = 0; k < s->state->grains.n; k++) {
-        s->now[s->was[k]] = k;
-        s->moved[n_moved] = k;
-        n_moved += s->was[k] != k;
-    }
-    for (int a = 0; a < s->n_carried; a++) {
-        carry_one(s, s->carried[a].array, s->carried[a].size, n_moved);
-    }
-    for (int32_t p = 0; n_moved > 0 && p < s->pairs->n; p++) {
-        const int32_t j = s->pairs->j[p];
-        s->pairs->j[p] = j < s->state->grains.n ? s->now[j] : j;
-    }
-}
-
-/* Those that woke change places with the first sleepers. */
-static void order_woken(ry_sleep *s)
-{
-    const uint8_t *const asleep = s->state->sleepers.asleep;
-    int32_t awake = s->motion->n_awake;
-    for (int32_t k = 0; k < s->state->grains.n; k++) {
-        s->was[k] = k;
-    }
-    for (int32_t k = awake; k < s->state->grains.n; k++) {
-        if (!asleep[s->was[k]]) {
-            const int32_t first = s->was[awake];
-            s->was[awake++] = s->was[k];
-            s->was[k] = first;
-        }
-    }
-    s->motion->n_awake = awake;
-}
-
-/* All come back to the order asked for, those awake before those asleep. */
-static void order_all(ry_sleep *s)
-{
-    const ry_state *const state = s->state;
-    int32_t next = 0;
-    for (int asleep = 0; asleep < 2; asleep++) {
-        for (int32_t r = 0; r < state->grains.n; r++) {
-            const int32_t k = s->pairs->place[s->home[r]];
-            if (state->sleepers.asleep[k] == asleep) {
-                s->was[next++] = k;
-            }
-        }
-        s->motion->n_awake = asleep == 0 ? next : s->motion->n_awake;
-    }
-}
-
-/* ---- frozen contacts ------------------------------------------------------------------------- */
-
-static int sleeps(const ry_sleep *s, int32_t id)
-{
-    return id >= s->state->grains.n || s->state->sleepers.asleep[s->pairs->place[id]];
-}
-
-static void copy_contact(ry_contacts *to, int64_t at, const ry_contacts *from, int64_t c)
-{
-#define COPY(type, name, unit, text) to->name[at] = from->name[c];
-    RY_CONTACT_FIELDS(COPY)
-    if (from->is_wet) {
-        RY_WET_FIELDS(COPY)
-    }
-    RY_FROZEN_FIELDS(COPY)
-#undef COPY
-}
-
-/* Adds `more` to `all`; both are sorted and have nothing in common. From the end, so that nothing is in the way. */
-static ry_status merge(ry_contacts *all, const ry_contacts *more, ry_error *error)
-{
-    int64_t a = all->n - 1, b = more->n - 1, at = all->n + more->n - 1;
-    RY_TRY(ry_contacts_reserve(all, at + 1, error));
-    all->n = at + 1;
-    for (; b >= 0; at--) {
-        const int later = a >= 0 && (all->id_i[a] > more->id_i[b] ||
-                                     (all->id_i[a] == more->id_i[b] && all->id_j[a] > more->id_j[b]));
-        if (later) {
-            copy_contact(all, at, all, a--);
-        } else {
-            copy_contact(all, at, more, b--);
-        }
-    }
-    return RY_OK;
-}
-
-ry_status ry_sleep_export(const ry_sleep *s, ry_error *error)
-{
-    return merge(&s->state->contacts, &s->frozen, error);
-}
-
-/* Of all contacts in the state those of two sleepers. */
-static ry_status take_frozen(ry_sleep *s, ry_error *error)
-{
-    const ry_contacts *const all = &s->state->contacts;
-    RY_TRY(ry_contacts_reserve(&s->frozen, all->n, error));
-    s->frozen.n = 0;
-    for (int64_t c = 0; c < all->n; c++) {
-        if (sleeps(s, all->id_i[c]) && sleeps(s, all->id_j[c])) {
-            copy_contact(&s->frozen, s->frozen.n++, all, c);
-        }
-    }
-    return RY_OK;
-}
-
-/* Slot of a contact in the list. */
-static int32_t slot_of(const ry_sleep *s, int32_t id_i, int32_t id_j)
-{
-    const ry_pairs *const pairs = s->pairs;
-    const int32_t k = pairs->place[id_i];
-    if (id_j >= pairs->n_grains) {
-        return pairs->wall_slot[id_j - pairs->n_grains][k];
-    }
-    int32_t p = pairs->row[k];
-    while (pairs->j[p] != pairs->place[id_j]) {
-        p++;
-    }
-    return p;
-}
-
-/* Contacts of the list between grains that now sleep, with their impulses of this step. */
-static ry_status freeze(ry_sleep *s, ry_error *error)
-{
-    ry_contacts *const all = &s->state->contacts;
-    RY_TRY(ry_pairs_export(s->pairs, s->state, error));
-    int64_t n = 0;
-    for (int64_t c = 0; c < all->n; c++) {
-        if (sleeps(s, all->id_i[c]) && sleeps(s, all->id_j[c])) {
-            const double *const slot = s->pairs->slot[slot_of(s, all->id_i[c], all->id_j[c])];
-            copy_contact(all, n, all, c);
-            all->frozen_x[n] = slot[RY_SLOT_X];
-            all->frozen_z[n] = slot[RY_SLOT_Z];
-            all->frozen_turn[n++] = slot[RY_SLOT_TURN];
-        }
-    }
-    all->n = n;
-    return merge(&s->frozen, all, error);
-}
-
-/* Contacts one grain of which has woken go back to the list. */
-static void thaw(ry_sleep *s)
-{
-    ry_contacts *const frozen = &s->frozen;
-    int64_t kept = 0;
-    for (int64_t c = 0; c < frozen->n; c++) {
-        if (sleeps(s, frozen->id_i[c]) && sleeps(s, frozen->id_j[c])) {
-            copy_contact(frozen, kept++, frozen, c);
-        } else {
-            ry_pairs_import_one(s->pairs, s->state->grains.id, frozen, c);
-        }
-    }
-    frozen->n = kept;
-}
-
-/* What the frozen contacts give each grain; added in ascending id of the partner. */
-static void sum_frozen(ry_sleep *s)
-{
-    const ry_contacts *const c = &s->frozen;
-    const int32_t n = s->state->grains.n;
-    memset(s->held, 0, (size_t)n * sizeof *s->held);
-    memset(s->n_frozen, 0, (size_t)n * sizeof *s->n_frozen);
-    for (int64_t m = 0; m < c->n; m++) {
-        const int32_t ends[2] = {s->pairs->place[c->id_i[m]], c->id_j[m] < n ? s->pairs->place[c->id_j[m]] : -1};
-        for (int e = 0; e < 2 && ends[e] >= 0; e++) {
-            double *const held = s->held[ends[e]];
-            held[RY_SLOT_X] += e == 0 ? c->frozen_x[m] : -c->frozen_x[m];
-            held[RY_SLOT_Z] += e == 0 ? c->frozen_z[m] : -c->frozen_z[m];
-            held[RY_SLOT_TURN] += c->frozen_turn[m];
-            s->n_frozen[ends[e]]++;
-        }
-    }
-    memcpy(s->felt, s->held, (size_t)n * sizeof *s->felt);
-    s->known = 0;
-}
-
 /* ---- the force on sleepers ------------------------------------------------------------------- */
 
 static int is_listed(const ry_pairs *pairs, int32_t k)
@@ -239,8 +50,9 @@ static void list_watch(ry_sleep *s)
     s->n_watch = 0;
     for (int32_t k = s->motion->n_awake; k < s->state->grains.n; k++) {
         const double *const felt = s->felt[k];
-        const int changes = (felt[RY_SLOT_X] != q->rest_x[k]) | (felt[RY_SLOT_Z] != q->rest_z[k]) |
-                            (felt[RY_SLOT_TURN] != q->rest_turn[k]) | (q->more_x[k] != 0.0) | (q->more_z[k] != 0.0) | (q->more_turn[k] != 0.0);
+        const int differs = (felt[RY_SLOT_X] != q->rest_x[k]) | (felt[RY_SLOT_Z] != q->rest_z[k]) |
+                            (felt[RY_SLOT_TURN] != q->rest_turn[k]);
+        const int changes = differs | (q->more_x[k] != 0.0) | (q->more_z[k] != 0.0) | (q->more_turn[k] != 0.0);
         s->watch[s->n_watch] = k;
         s->n_watch += !s->state->grains.fixed[k] && (changes || is_listed(s->pairs, k));
     }
@@ -364,7 +176,7 @@ static ry_status reform(ry_sleep *s, ry_error *error)
 {
     const ry_grains *const g = &s->state->grains;
     ry_motion *const m = s->motion;
-    carry(s);
+    ry_sleep_carry_all(s);
     ry_motion_settle(m, g);
     m->highest_asleep = -INFINITY;
     for (int32_t k = m->n_awake; k < g->n; k++) {
@@ -373,8 +185,8 @@ static ry_status reform(ry_sleep *s, ry_error *error)
     s->neighbor->was = s->was;
     RY_TRY(ry_neighbor_rebuild(s->neighbor, g, s->pairs, error));
     s->neighbor->was = NULL;
-    thaw(s);
-    sum_frozen(s);
+    ry_sleep_thaw(s);
+    ry_sleep_sum_frozen(s);
     list_watch(s);
     return RY_OK;
 }
@@ -397,7 +209,7 @@ static ry_status wake(ry_sleep *s, ry_error *error)
         }
         forget_sleep(s, s->woken[w]);
     }
-    order_woken(s);
+    ry_sleep_order_woken(s);
     return reform(s, error);
 }
 
@@ -532,8 +344,8 @@ static ry_status fall_asleep(ry_sleep *s, ry_error *error)
         }
     }
     if (n_new > 0) {
-        RY_TRY(freeze(s, error));
-        order_all(s);
+        RY_TRY(ry_sleep_freeze(s, error));
+        ry_sleep_order_all(s);
         RY_TRY(reform(s, error));
     }
     rest_anew(s);
@@ -557,34 +369,6 @@ ry_status ry_sleep_stage(ry_sleep *s, ry_error *error)
         RY_TRY(wake(s, error));
     }
     return s->look_every > 0 && (s->state->step + 1) % s->look_every == 0 ? fall_asleep(s, error) : RY_OK;
-}
-
-/* The frozen contacts as a list, as far as measuring needs one. */
-ry_contact_sums ry_sleep_measure(ry_sleep *s)
-{
-    const ry_contacts *const c = &s->frozen;
-    const size_t n = (size_t)c->n + 1;
-    if (s->known) {
-        return s->resting;
-    }
-    ry_pairs list = {.n_grains = s->state->grains.n, .n = (int32_t)c->n, .slip = c->slip, .rest = c->rest};
-    list.i = ry_array(n, sizeof *list.i);
-    list.j = ry_array(n, sizeof *list.j);
-    list.age = ry_array(n, sizeof *list.age);
-    s->resting = (ry_contact_sums){0};
-    if (list.i != NULL && list.j != NULL && list.age != NULL) {
-        for (int32_t p = 0; p < list.n; p++) {
-            list.i[p] = s->pairs->place[c->id_i[p]];
-            list.j[p] = c->id_j[p] < list.n_grains ? s->pairs->place[c->id_j[p]] : c->id_j[p];
-            list.age[p] = (uint8_t)c->age[p];
-        }
-        s->resting = ry_contact_measure_run(s->contact, &s->state->grains, &list);
-        s->known = 1;
-    }
-    free(list.i);
-    free(list.j);
-    free(list.age);
-    return s->resting;
 }
 
 /* ---- making it ------------------------------------------------------------------------------- */
@@ -627,8 +411,8 @@ static ry_status make_arrays(ry_sleep *s, ry_error *error)
     s->mark = ry_array(n, sizeof *s->mark);
     s->own_load = ry_array(n, sizeof *s->own_load);
     s->scratch = ry_array(n, sizeof(double));
-    return s->held && s->felt && s->n_frozen && s->watch && s->woken && s->home && s->was && s->now && s->moved && s->mark &&
-                   s->own_load && s->scratch
+    return s->held && s->felt && s->n_frozen && s->watch && s->woken && s->home && s->was && s->now && s->moved &&
+                   s->mark && s->own_load && s->scratch
                ? RY_OK
                : ry_no_memory(error, n * 100);
 }
@@ -653,9 +437,9 @@ ry_status ry_sleep_create(ry_sleep *s, ry_error *error)
     for (int32_t k = m->n_awake; k < g->n; k++) {
         m->highest_asleep = g->z[k] > m->highest_asleep ? g->z[k] : m->highest_asleep;
     }
-    RY_TRY(take_frozen(s, error));
+    RY_TRY(ry_sleep_take_frozen(s, error));
     sample_asleep(s);
-    sum_frozen(s);
+    ry_sleep_sum_frozen(s);
     list_watch(s);
     return RY_OK;
 }

@@ -3,23 +3,24 @@
  *
  * Sleep: grains that rest among others that rest are skipped, and woken by a change of the force on them.
  *
- * A sleeper lies still, its velocity and spin are 0. For others it is a partner like any. Two sleepers make no pair; what
- * their contact remembers, and its last impulse, is kept aside (`frozen`). So the list of pairs, and all that runs over
- * it, has pairs of awake grains only, and those between them and the sleepers around them; and what runs over grains
- * runs over the first motion->n_awake: the awake ones come first in storage, whose order may be any.
+ * A sleeper lies still, its velocity and spin are 0. For others it is a partner like any. Two sleepers make no
+ * pair; what their contact remembers, and its last impulse, is kept aside (`frozen`). So the list of pairs, and
+ * all that runs over it, has pairs of awake grains only, and those between them and the sleepers around them; and
+ * what runs over grains runs over the first motion->n_awake: the awake ones come first in storage, whose order may
+ * be any.
  *
  * Who sleeps is decided by the state and the number of the step alone, never by the list, whose making nobody
  * should see.
  *
- * Falling asleep, at a look every LOOK sqrt(d/g'), g' the gravity less buoyancy: a grain that has gone less than STILL d
- * since the last one, has two contacts or more, is too slow to rise by STILL d, and all of whose neighbours nearer than
- * QUIET d are as quiet. What falls asleep was slower than STILL/LOOK sqrt(g' d) = 1e-3 sqrt(g' d): a layer of such grains
- * carries a flux q* of 6e-4 at the most.
+ * Falling asleep, at a look every LOOK sqrt(d/g'), g' the gravity less buoyancy: a grain that has gone less than
+ * STILL d since the last one, has two contacts or more, is too slow to rise by STILL d, and all of whose
+ * neighbours nearer than QUIET d are as quiet. What falls asleep was slower than STILL/LOOK sqrt(g' d) = 1e-3
+ * sqrt(g' d): a layer of such grains carries a flux q* of 6e-4 at the most.
  *
- * Waking: by a change of the force of its contacts, in the mean over a natural period of a grain on its springs (what
- * is shorter shakes a grain elastically), or of the fluid's force, larger than contact.sleep x the mean load of the
- * grains around it; by one so violent that a single step brings the mean there, at once. Sleepers nearer than
- * AROUND d wake with it. In the step in which it wakes a grain moves by the change of the force alone: the
+ * Waking: by a change of the force of its contacts, in the mean over a natural period of a grain on its springs
+ * (what is shorter shakes a grain elastically), or of the fluid's force, larger than contact.sleep x the mean load
+ * of the grains around it; by one so violent that a single step brings the mean there, at once. Sleepers nearer
+ * than AROUND d wake with it. In the step in which it wakes a grain moves by the change of the force alone: the
  * rest balances. So it does for who measures: the contacts of a sleeper give it just what the fluid takes. */
 #ifndef RY_STAGE_SLEEP_H
 #define RY_STAGE_SLEEP_H

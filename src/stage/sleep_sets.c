@@ -1,0 +1,226 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * Sleep: the sets in storage, and the contacts of those that sleep. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "base/memory.h"
+#include "stage/sleep_private.h"
+
+/* ---- grains change places -------------------------------------------------------------------- */
+
+static void carry_one(const ry_sleep *s, char *array, size_t size, int32_t n_moved)
+{
+    for (int32_t m = 0; m < n_moved; m++) {
+        memcpy(s->scratch + (size_t)m * size, array + (size_t)s->was[s->moved[m]] * size, size);
+    }
+    for (int32_t m = 0; m < n_moved; m++) {
+        memcpy(array + (size_t)s->moved[m] * size, s->scratch + (size_t)m * size, size);
+    }
+}
+
+/* To the order of s->was: the old place of each. */
+void ry_sleep_carry_all(ry_sleep *s)
+{
+    int32_t n_moved = 0;
+    for (int32_t k = 0; k < s->state->grains.n; k++) {
+        s->now[s->was[k]] = k;
+        s->moved[n_moved] = k;
+        n_moved += s->was[k] != k;
+    }
+    for (int a = 0; a < s->n_carried; a++) {
+        carry_one(s, s->carried[a].array, s->carried[a].size, n_moved);
+    }
+    for (int32_t p = 0; n_moved > 0 && p < s->pairs->n; p++) {
+        const int32_t j = s->pairs->j[p];
+        s->pairs->j[p] = j < s->state->grains.n ? s->now[j] : j;
+    }
+}
+
+/* Those that woke change places with the first sleepers. */
+void ry_sleep_order_woken(ry_sleep *s)
+{
+    const uint8_t *const asleep = s->state->sleepers.asleep;
+    int32_t awake = s->motion->n_awake;
+    for (int32_t k = 0; k < s->state->grains.n; k++) {
+        s->was[k] = k;
+    }
+    for (int32_t k = awake; k < s->state->grains.n; k++) {
+        if (!asleep[s->was[k]]) {
+            const int32_t first = s->was[awake];
+            s->was[awake++] = s->was[k];
+            s->was[k] = first;
+        }
+    }
+    s->motion->n_awake = awake;
+}
+
+/* All come back to the order asked for, those awake before those asleep. */
+void ry_sleep_order_all(ry_sleep *s)
+{
+    const ry_state *const state = s->state;
+    int32_t next = 0;
+    for (int asleep = 0; asleep < 2; asleep++) {
+        for (int32_t r = 0; r < state->grains.n; r++) {
+            const int32_t k = s->pairs->place[s->home[r]];
+            if (state->sleepers.asleep[k] == asleep) {
+                s->was[next++] = k;
+            }
+        }
+        s->motion->n_awake = asleep == 0 ? next : s->motion->n_awake;
+    }
+}
+
+/* ---- frozen contacts ------------------------------------------------------------------------- */
+
+static int sleeps(const ry_sleep *s, int32_t id)
+{
+    return id >= s->state->grains.n || s->state->sleepers.asleep[s->pairs->place[id]];
+}
+
+static void copy_contact(ry_contacts *to, int64_t at, const ry_contacts *from, int64_t c)
+{
+#define COPY(type, name, unit, text) to->name[at] = from->name[c];
+    RY_CONTACT_FIELDS(COPY)
+    if (from->is_wet) {
+        RY_WET_FIELDS(COPY)
+    }
+    RY_FROZEN_FIELDS(COPY)
+#undef COPY
+}
+
+/* Adds `more` to `all`; both are sorted and have nothing in common. From the end, so that nothing is in the way. */
+static ry_status merge(ry_contacts *all, const ry_contacts *more, ry_error *error)
+{
+    int64_t a = all->n - 1, b = more->n - 1, at = all->n + more->n - 1;
+    RY_TRY(ry_contacts_reserve(all, at + 1, error));
+    all->n = at + 1;
+    for (; b >= 0; at--) {
+        const int later = a >= 0 && (all->id_i[a] > more->id_i[b] ||
+                                     (all->id_i[a] == more->id_i[b] && all->id_j[a] > more->id_j[b]));
+        if (later) {
+            copy_contact(all, at, all, a--);
+        } else {
+            copy_contact(all, at, more, b--);
+        }
+    }
+    return RY_OK;
+}
+
+ry_status ry_sleep_export(const ry_sleep *s, ry_error *error)
+{
+    return merge(&s->state->contacts, &s->frozen, error);
+}
+
+/* Of all contacts in the state those of two sleepers. */
+ry_status ry_sleep_take_frozen(ry_sleep *s, ry_error *error)
+{
+    const ry_contacts *const all = &s->state->contacts;
+    RY_TRY(ry_contacts_reserve(&s->frozen, all->n, error));
+    s->frozen.n = 0;
+    for (int64_t c = 0; c < all->n; c++) {
+        if (sleeps(s, all->id_i[c]) && sleeps(s, all->id_j[c])) {
+            copy_contact(&s->frozen, s->frozen.n++, all, c);
+        }
+    }
+    return RY_OK;
+}
+
+/* Slot of a contact in the list. */
+static int32_t slot_of(const ry_sleep *s, int32_t id_i, int32_t id_j)
+{
+    const ry_pairs *const pairs = s->pairs;
+    const int32_t k = pairs->place[id_i];
+    if (id_j >= pairs->n_grains) {
+        return pairs->wall_slot[id_j - pairs->n_grains][k];
+    }
+    int32_t p = pairs->row[k];
+    while (pairs->j[p] != pairs->place[id_j]) {
+        p++;
+    }
+    return p;
+}
+
+/* Contacts of the list between grains that now sleep, with their impulses of this step. */
+ry_status ry_sleep_freeze(ry_sleep *s, ry_error *error)
+{
+    ry_contacts *const all = &s->state->contacts;
+    RY_TRY(ry_pairs_export(s->pairs, s->state, error));
+    int64_t n = 0;
+    for (int64_t c = 0; c < all->n; c++) {
+        if (sleeps(s, all->id_i[c]) && sleeps(s, all->id_j[c])) {
+            const double *const slot = s->pairs->slot[slot_of(s, all->id_i[c], all->id_j[c])];
+            copy_contact(all, n, all, c);
+            all->frozen_x[n] = slot[RY_SLOT_X];
+            all->frozen_z[n] = slot[RY_SLOT_Z];
+            all->frozen_turn[n++] = slot[RY_SLOT_TURN];
+        }
+    }
+    all->n = n;
+    return merge(&s->frozen, all, error);
+}
+
+/* Contacts one grain of which has woken go back to the list. */
+void ry_sleep_thaw(ry_sleep *s)
+{
+    ry_contacts *const frozen = &s->frozen;
+    int64_t kept = 0;
+    for (int64_t c = 0; c < frozen->n; c++) {
+        if (sleeps(s, frozen->id_i[c]) && sleeps(s, frozen->id_j[c])) {
+            copy_contact(frozen, kept++, frozen, c);
+        } else {
+            ry_pairs_import_one(s->pairs, s->state->grains.id, frozen, c);
+        }
+    }
+    frozen->n = kept;
+}
+
+/* What the frozen contacts give each grain; added in ascending id of the partner. */
+void ry_sleep_sum_frozen(ry_sleep *s)
+{
+    const ry_contacts *const c = &s->frozen;
+    const int32_t n = s->state->grains.n;
+    memset(s->held, 0, (size_t)n * sizeof *s->held);
+    memset(s->n_frozen, 0, (size_t)n * sizeof *s->n_frozen);
+    for (int64_t m = 0; m < c->n; m++) {
+        const int32_t ends[2] = {s->pairs->place[c->id_i[m]], c->id_j[m] < n ? s->pairs->place[c->id_j[m]] : -1};
+        for (int e = 0; e < 2 && ends[e] >= 0; e++) {
+            double *const held = s->held[ends[e]];
+            held[RY_SLOT_X] += e == 0 ? c->frozen_x[m] : -c->frozen_x[m];
+            held[RY_SLOT_Z] += e == 0 ? c->frozen_z[m] : -c->frozen_z[m];
+            held[RY_SLOT_TURN] += c->frozen_turn[m];
+            s->n_frozen[ends[e]]++;
+        }
+    }
+    memcpy(s->felt, s->held, (size_t)n * sizeof *s->felt);
+    s->known = 0;
+}
+
+/* The frozen contacts as a list, as far as measuring needs one. */
+ry_contact_sums ry_sleep_measure(ry_sleep *s)
+{
+    const ry_contacts *const c = &s->frozen;
+    const size_t n = (size_t)c->n + 1;
+    if (s->known) {
+        return s->resting;
+    }
+    ry_pairs list = {.n_grains = s->state->grains.n, .n = (int32_t)c->n, .slip = c->slip, .rest = c->rest};
+    list.i = ry_array(n, sizeof *list.i);
+    list.j = ry_array(n, sizeof *list.j);
+    list.age = ry_array(n, sizeof *list.age);
+    s->resting = (ry_contact_sums){0};
+    if (list.i != NULL && list.j != NULL && list.age != NULL) {
+        for (int32_t p = 0; p < list.n; p++) {
+            list.i[p] = s->pairs->place[c->id_i[p]];
+            list.j[p] = c->id_j[p] < list.n_grains ? s->pairs->place[c->id_j[p]] : c->id_j[p];
+            list.age[p] = (uint8_t)c->age[p];
+        }
+        s->resting = ry_contact_measure_run(s->contact, &s->state->grains, &list);
+        s->known = 1;
+    }
+    free(list.i);
+    free(list.j);
+    free(list.age);
+    return s->resting;
+}
