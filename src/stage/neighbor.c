@@ -262,18 +262,6 @@ RY_INLINE size_t near_in_run(const ry_neighbor *b, const ry_grains *g, int32_t k
     return n;
 }
 
-RY_INLINE void sort_by_id(int32_t *j, size_t n, const int32_t *id)
-{
-    for (size_t p = 1; p < n; p++) {
-        const int32_t moving = j[p];
-        size_t q = p;
-        for (; q > 0 && id[j[q - 1]] > id[moving]; q--) {
-            j[q] = j[q - 1];
-        }
-        j[q] = moving;
-    }
-}
-
 /* A grain makes no pair with itself, two that are still make none. */
 RY_INLINE size_t drop_pairless(const uint8_t *still, int32_t k, int32_t *j, size_t n)
 {
@@ -308,7 +296,7 @@ RY_INLINE ry_status find_of_grain(ry_neighbor *b, const ry_grains *g, ry_pairs *
     }
     int32_t *const j = found->j + found->n;
     const size_t partners = drop_pairless(b->still, k, j, n - found->n);
-    sort_by_id(j, partners, g->id);
+    ry_sort_by_id(j, partners, g->id);
     int32_t below = 0;
     while (below < (int32_t)partners && g->id[j[below]] < g->id[k]) {
         below++;
@@ -566,52 +554,5 @@ ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pair
     memcpy(b->x0, g->x, (size_t)g->n * sizeof(double));
     memcpy(b->z0, g->z, (size_t)g->n * sizeof(double));
     b->rebuilds++;
-    return RY_OK;
-}
-
-/* ---- who is around a grain ------------------------------------------------------------------- */
-
-/* Appends the grains of a cell that are near k. */
-static size_t near_in_cell(const ry_neighbor *b, const ry_grains *g, int32_t k, int32_t cell, double gap, int32_t *out,
-                           size_t n)
-{
-    const double half = b->periodic ? 0.5 * b->length : INFINITY;
-    for (int32_t m = b->cell_start[cell]; m < b->cell_start[cell + 1]; m++) {
-        const int32_t j = b->member[m];
-        double dx = g->x[j] - g->x[k];
-        dx -= dx > half ? b->length : (dx < -half ? -b->length : 0.0);
-        const double dz = g->z[j] - g->z[k], far = g->radius[j] + g->radius[k] + gap;
-        out[n] = j;
-        n += dx * dx + dz * dz < far * far;
-    }
-    return n;
-}
-
-ry_status ry_neighbor_around(ry_neighbor *b, const ry_grains *g, int32_t k, double gap, const int32_t **near,
-                             int32_t *n_near, ry_error *error)
-{
-    struct ry_found *const found = &b->found[0];
-    const double reach = 2.0 * b->radius_max + gap + 2.0 * b->skin_most; /* grains have moved since the rebuild */
-    const int32_t column = b->cell_of[k] / b->rows, row = b->cell_of[k] % b->rows;
-    const int32_t wide = (int32_t)ceil(fmin(reach / b->cell_x, b->columns));
-    const int32_t high = (int32_t)ceil(fmin(reach / b->cell_z, b->rows));
-    const int all = 2 * wide + 1 >= b->columns;
-    const int32_t first = all ? 0 : column - wide, last = all ? b->columns - 1 : column + wide;
-    size_t n = 0;
-    for (int32_t c = first; c <= last; c++) {
-        const int32_t wrapped = c < 0 ? c + b->columns : (c >= b->columns ? c - b->columns : c);
-        if (wrapped != c && !b->periodic) {
-            continue;
-        }
-        for (int32_t r = row - high < 0 ? 0 : row - high; r <= row + high && r < b->rows; r++) {
-            const int32_t cell = wrapped * b->rows + r;
-            const size_t more = (size_t)(b->cell_start[cell + 1] - b->cell_start[cell]);
-            RY_TRY(ry_array_grow(&found->j, &found->room, n, n + more + SPARE, sizeof *found->j, error));
-            n = near_in_cell(b, g, k, cell, gap, found->j, n);
-        }
-    }
-    sort_by_id(found->j, n, g->id);
-    *near = found->j;
-    *n_near = (int32_t)n;
     return RY_OK;
 }

@@ -51,6 +51,19 @@ ry_status ry_neighbor_create(ry_neighbor *neighbor, const ry_grains *grains, int
 void ry_neighbor_free(ry_neighbor *neighbor);
 
 /* Makes the list anew; the memory of contacts goes along. */
+/* Storage indices in ascending id. */
+RY_INLINE void ry_sort_by_id(int32_t *j, size_t n, const int32_t *id)
+{
+    for (size_t p = 1; p < n; p++) {
+        const int32_t moving = j[p];
+        size_t q = p;
+        for (; q > 0 && id[j[q - 1]] > id[moving]; q--) {
+            j[q] = j[q - 1];
+        }
+        j[q] = moving;
+    }
+}
+
 /* Grains (k among them) whose surface is nearer than `gap` to that of grain k, in ascending id, as they lie now; `gap`
  * any. The grid is that of the last rebuild. The *n grains are in *near until the next call. */
 ry_status ry_neighbor_around(ry_neighbor *neighbor, const ry_grains *grains, int32_t k, double gap,
