@@ -50,7 +50,6 @@ typedef struct ry_neighbor {
 ry_status ry_neighbor_create(ry_neighbor *neighbor, const ry_grains *grains, int threads, ry_error *error);
 void ry_neighbor_free(ry_neighbor *neighbor);
 
-/* Makes the list anew; the memory of contacts goes along. */
 /* Storage indices in ascending id. */
 RY_INLINE void ry_sort_by_id(int32_t *j, size_t n, const int32_t *id)
 {
@@ -69,6 +68,7 @@ RY_INLINE void ry_sort_by_id(int32_t *j, size_t n, const int32_t *id)
 ry_status ry_neighbor_around(ry_neighbor *neighbor, const ry_grains *grains, int32_t k, double gap,
                              const int32_t **near, int32_t *n, ry_error *error);
 
+/* Makes the list anew; the memory of contacts goes along. */
 ry_status ry_neighbor_rebuild(ry_neighbor *neighbor, const ry_grains *grains, ry_pairs *pairs,
                               ry_error *error);
 
