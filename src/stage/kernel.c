@@ -50,9 +50,9 @@ RY_INLINE ry_ageing age_contact(const int which, double age, const ry_push p, in
         const double was = age < RY_AGE_MAX ? 1.0 : 0.0, held = age < first ? 0.0 : was;
         const double will = lasting < RY_AGE_MAX ? 1.0 : 0.0;
         after.age = mine ? lasting : next;
-        after.mark = (mine ? will : 0.0) - held;
+        after.mark = (mine ? (1.0 + RY_MARK_HOLDS) * will : 0.0) - held;
     } else if (which == YOUNG) {
-        const double starts = p.f < 0.0 ? 1.0 : 0.0;
+        const double starts = p.f < 0.0 ? 1.0 + RY_MARK_HOLDS : 0.0;
         after.age = p.from > 0.0 ? start : next;
         after.mark = p.from > 0.0 ? starts : 0.0;
     }

@@ -86,37 +86,25 @@ void ry_motion_settle(ry_motion *m, const ry_grains *g)
 
 /* ---- gather --------------------------------------------------------------------------------- */
 
-/* Springs that push a grain in this step, and in the one before. */
-typedef struct ry_held {
-    int now, before;
-} ry_held;
-
-static void note_held(ry_held *held, const ry_pairs *pairs, int32_t p)
-{
-    const int now = pairs->age[p] > (int)RY_IMPACT_STEPS && pairs->age[p] < (int)RY_AGE_MAX;
-    held->now += now;
-    held->before += now - (int)pairs->slot[p][RY_SLOT_MARK];
-}
+/* Grains are gathered in blocks of this many, which stay in the first cache. */
+enum { GATHERED = 256 };
 
 /* A grain whose contacts begin to endure, or cease to, gets half a kick of gravity less, or more: velocities lie
  * half a step before positions there, and beside them in flight. Without it each landing and take-off would
- * gain m g dt/2 times the change of the velocity. */
-static double half_a_kick(const ry_motion *m, const ry_pairs *pairs, int32_t k)
+ * gain m g dt/2 times the change of the velocity. `marks`: the sums of its contacts' marks, which tell how many hold it
+ * now, and did before. For all grains alike: who turns is nothing that a branch could guess. */
+RY_CLONES static void turn_half_a_kick(const ry_motion *m, const double *restrict marks, int32_t begin, int32_t n)
 {
-    ry_held held = {0, 0};
-    for (int32_t b = pairs->below_start[k]; b < pairs->below_start[k + 1]; b++) {
-        note_held(&held, pairs, pairs->below[b]);
+    const double *const im = m->im + begin, *const weight = m->weight + begin;
+    double *restrict const cz = m->cz + begin;
+    const double holds = RY_MARK_HOLDS, half = RY_MARK_HOLDS / 2;
+#pragma omp simd
+    for (int32_t k = 0; k < n; k++) {
+        const double now = (double)(int32_t)((marks[k] + half) / holds), before = now - (marks[k] - holds * now);
+        const double turns = (before != 0.0 ? 1.0 : 0.0) - (now != 0.0 ? 1.0 : 0.0);
+        const double inverse = im[k] > 0.0 ? im[k] : 1.0; /* fixed grains have no weight */
+        cz[k] += turns * 0.5 * weight[k] / inverse;
     }
-    for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
-        note_held(&held, pairs, p);
-    }
-    for (int w = 0; w < RY_MAX_WALLS && pairs->wall_slot[w] != NULL; w++) {
-        if (pairs->wall_slot[w][k] >= 0) {
-            note_held(&held, pairs, pairs->wall_slot[w][k]);
-        }
-    }
-    const double turns = (held.before != 0) - (held.now != 0);
-    return turns != 0.0 && m->im[k] > 0.0 ? turns * 0.5 * m->weight[k] / m->im[k] : 0.0;
 }
 
 /* Ascending id of the partner: those with lower ids (where the grain is the partner of the pair), its
@@ -157,7 +145,8 @@ void ry_motion_listed(const ry_pairs *pairs, int32_t k, double *slot)
     ry_four_store(slot, sum);
 }
 
-RY_CLONES static void gather_range(const ry_motion *m, ry_pairs *pairs, int32_t begin, int32_t end)
+RY_CLONES static void gather_range(const ry_motion *m, const ry_pairs *pairs, int32_t begin, int32_t end,
+                                   double *restrict marks)
 {
     const int32_t *const below = pairs->below, *const below_start = pairs->below_start;
     const int32_t *const row = pairs->row;
@@ -166,10 +155,8 @@ RY_CLONES static void gather_range(const ry_motion *m, ry_pairs *pairs, int32_t 
         const ry_four sum = sum_slots(pairs, below, below_start, row, walls, k);
         m->cx[k] = sum[RY_SLOT_X];
         m->cz[k] = sum[RY_SLOT_Z];
-        if (sum[RY_SLOT_MARK] != 0.0) { /* where one begins and another ceases to push, nothing turns */
-            m->cz[k] += half_a_kick(m, pairs, k);
-        }
         m->ct[k] = sum[RY_SLOT_TURN];
+        marks[k - begin] = sum[RY_SLOT_MARK];
     }
 }
 
@@ -212,8 +199,15 @@ typedef struct ry_motion_task {
 static void gather_grains(void *context, int32_t begin, int32_t end, int thread)
 {
     const ry_motion_task *const t = context;
+    double marks[GATHERED];
     (void)thread;
-    gather_range(t->motion, t->pairs, begin, end);
+    for (int32_t k = begin; k < end; k += GATHERED) {
+        const int32_t n = end - k < GATHERED ? end - k : GATHERED;
+        gather_range(t->motion, t->pairs, k, k + n, marks);
+        if (t->motion->marks) {
+            turn_half_a_kick(t->motion, marks, k, n);
+        }
+    }
 }
 
 void ry_motion_gather(const ry_motion *m, const ry_grains *g, ry_pairs *pairs)

@@ -33,6 +33,7 @@ typedef struct ry_motion {
     double highest; /* z of the highest grain [m] */
     int32_t n_awake;       /* grains that move, or may: the first ones in storage; n unless others sleep */
     double highest_asleep; /* of the others; else -infinity [m] */
+    int marks;         /* the law marks contacts that begin to endure, and cease to */
     int books;         /* the fluid's work is booked */
     ry_scale scale;    /* of the ledger */
 } ry_motion;

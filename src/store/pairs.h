@@ -19,8 +19,9 @@
 
 enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_MARK, RY_SLOT };
 
-/* RY_SLOT_MARK, of laws that tell impacts from enduring contacts: 1 where a spring begins to hold in this step,
- * -1 where its contact has opened. */
+/* RY_SLOT_MARK, of laws that tell impacts from enduring contacts: RY_MARK_HOLDS if its spring holds in this step, plus
+ * 1 if it begins to, -1 if its contact has opened. A grain's sum tells how many hold it, and held it before. */
+enum { RY_MARK_HOLDS = 64 };
 
 typedef struct ry_pairs {
     int32_t n_grains; /* grains the list was made for */
