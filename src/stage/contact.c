@@ -288,8 +288,7 @@ static void book_losses(const ry_contact *c, const ry_near *near, int which)
 
 enum { EIGHT = 8 };
 
-/* Of eight ages one is 1 to RY_IMPACT_STEPS, 4: in one word, of which each byte is looked at for itself. May say so where it
- * is not, never the other way. */
+/* One of eight ages is 1 to RY_IMPACT_STEPS, which is 4: in one word, of which each byte is looked at for itself. */
 RY_INLINE int any_young(const uint8_t *age)
 {
     uint64_t ages;
