@@ -207,7 +207,7 @@ ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
             const ry_status status = check(sim, error);
             if (status == RY_UNPHYSICAL && sim->keeps_good) {
                 ry_state_copy(&sim->state, &sim->good, NULL);
-                sim->restored = sim->plan.has_sleep; /* grains may have changed places since */
+                sim->restored = 1;
             }
             RY_TRY(status);
         }
@@ -220,7 +220,7 @@ ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
 /* What nobody has looked at may not be computed yet; it is no less part of the state. */
 static void complete_column(const ry_sim *sim)
 {
-    if (sim->plan.has_fluid) {
+    if (sim->plan.has_fluid && !sim->restored) {
         ry_sim *const own = (ry_sim *)sim;
         ry_flow_complete(&own->plan.flow, &own->state.column);
     }
@@ -238,10 +238,10 @@ ry_view ry_sim_view(const ry_sim *sim)
 
 ry_status ry_sim_collect(ry_sim *sim, ry_error *error)
 {
-    complete_column(sim);
     if (sim->restored) {
         return RY_OK;
     }
+    complete_column(sim);
     ry_contact_close(&sim->plan.contact, &sim->state.grains, &sim->plan.pairs);
     RY_TRY(ry_pairs_export(&sim->plan.pairs, &sim->state, error));
     return sim->plan.has_sleep ? ry_sleep_export(&sim->plan.sleep, error) : RY_OK;
@@ -258,7 +258,9 @@ static void sample_ledger(ry_sim *sim, ry_sample *s)
     if (!ledger->kept) {
         return;
     }
-    ry_contact_close(&sim->plan.contact, &sim->state.grains, &sim->plan.pairs);
+    if (!sim->restored) {
+        ry_contact_close(&sim->plan.contact, &sim->state.grains, &sim->plan.pairs);
+    }
 #define RY_LEDGER_SUM(name, text) s->name = ry_exact_value(ledger->name, sim->plan.scale);
     RY_LEDGER_TOTALS(RY_LEDGER_SUM)
 #undef RY_LEDGER_SUM
