@@ -335,6 +335,7 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     c->explicit_spring = config->contact_law == RY_LAW_ENERGY || ry_contact_law_damps((int)config->contact_law);
     c->kernel = ry_contact_select((int)config->contact_law, c->features);
     c->young = ry_contact_select_young((int)config->contact_law, c->features);
+    c->impacts = c->young == NULL && !ry_contact_law_damps((int)config->contact_law);
     plan->motion.marks = c->young != NULL;
     c->body = (const double (*)[RY_BODY])m->body;
     c->dt = config->time_step;

@@ -281,7 +281,7 @@ static void book_losses(const ry_contact *c, const ry_near *near, int which)
         ry_exact_add(&books->loss_dashpot, c->scale, lost[RY_LOST_DASHPOT], near->n);
         ry_exact_add(&books->loss_friction, c->scale, lost[RY_LOST_FRICTION], near->n);
     }
-    if ((which & NOW) && c->young == NULL) {
+    if ((which & NOW) && c->impacts) {
         ry_exact_add(&books->loss_impact, c->scale, lost[RY_LOST_IMPACT], near->n);
     }
 }

@@ -87,6 +87,7 @@ struct ry_contact {
     ry_wall wall[RY_MAX_WALLS];
     double wall_length; /* where the right wall stands [m] */
     int moves, features, threads;
+    int impacts; /* the law says what an impact loses; else nothing is lost so, or the ledger finds out */
     int explicit_spring; /* normal spring: its kick precedes the drift; all but the laws of Fujioka & Ushijima */
     const double *im; /* inverse masses, walls included: 0 [1/kg] */
     const double *tm_grain; /* im + r^2/I [1/kg] */
