@@ -201,7 +201,7 @@ static void find_limit(row *r, int threads)
     const ry_law law = laws[r->law];
     const double contact = ry_limit_contact(law, threads), grain = ry_limit_grain(r->sheared, threads);
     const double bytes = ry_limit_bytes(law, r->contacts);
-    r->arithmetic = 1e9 * (r->contacts * contact + grain) / threads;
+    r->arithmetic = 1e9 * (r->contacts * contact + grain);
     r->moving = 1e9 * bytes * ry_limit_move((size_t)(bytes * r->n), threads);
 }
 
