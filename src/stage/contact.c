@@ -264,6 +264,12 @@ static void book_openings(const ry_contact *c, const ry_grains *g, const ry_pair
     }
 }
 
+static ry_ledger *books_of(const ry_contact *c, int32_t chunk)
+{
+    return c->books != NULL ? c->books + chunk : NULL;
+}
+
+/* What was left of the last step, and what is known of this one. */
 enum { LEFT = 1, NOW = 2 };
 
 static void book_losses(const ry_contact *c, const ry_near *near, int which)
@@ -358,7 +364,7 @@ static int32_t push_range(const ry_contact *c, const ry_grains *g, ry_pairs *pai
 {
     ry_near near;
     int32_t young = 0;
-    near.books = c->books + chunk;
+    near.books = books_of(c, chunk);
     for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
         const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
         push_block(c, g, pairs, p, n, &near);
@@ -449,7 +455,7 @@ static void push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
     const int32_t *const young = pairs->young + from;
     uint8_t *const young_age = pairs->young_age + from;
     ry_near near;
-    near.books = c->books + chunk;
+    near.books = books_of(c, chunk);
     for (int32_t at = 0; at < n; at += RY_CONTACT_BLOCK) {
         const int32_t count = n - at < RY_CONTACT_BLOCK ? n - at : RY_CONTACT_BLOCK;
         memcpy(near.list[0], young + at, (size_t)count * sizeof *young);
@@ -541,7 +547,7 @@ static void close_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs
                         int32_t chunk)
 {
     ry_near near;
-    near.books = c->books + chunk;
+    near.books = books_of(c, chunk);
     for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
         const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
         fetch_block(c, g, pairs, p, n, &near);
