@@ -103,7 +103,7 @@ def accuracy(file, path):
 
 def speed(file, path):
     runs = {k: v[:] if k not in ("scene", "law") else np.array(texts(v)) for k, v in file["runs"].items()}
-    figure, axes = plt.subplots(1, 2, sharey=True, layout="constrained", figsize=(7.0, 3.2))
+    figure, axes = plt.subplots(1, 2, sharey=True, layout="constrained", figsize=(8.4, 3.2))
     for place, scene in zip(axes, ("settled", "sheared")):
         for law in ("cundall", "energy"):
             for threads, line in ((1, "-"), (2, "--")):
@@ -119,7 +119,7 @@ def speed(file, path):
         place.set_xlabel("grains")
         place.set_title(scene)
     axes[0].set_ylabel("million grain-steps per second")
-    axes[1].legend()
+    axes[1].legend(loc="center left", bbox_to_anchor=(1.02, 0.5))
     machine = file["machine"].attrs
     figure.suptitle(f"{text_of(machine['processor'])}, {machine['cores']:g} cores, {text_of(machine['compiler'])}",
                     fontsize=7)

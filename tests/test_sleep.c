@@ -3,10 +3,8 @@
  *
  * contact.sleep: the same bits whatever may not matter, with sleeping on; who sleeps and who wakes.
  * ctest: timeout 300 */
-#include <unistd.h>
-
+#include "save_bench.h"
 #include "sleep_bench.h"
-#include "io/result.h"
 
 /* ---- bits ---------------------------------------------------------------------------------------- */
 
@@ -118,44 +116,6 @@ static void test_measuring(void **state)
     assert_true(ry_sim_hash(all->sim) == ry_sim_hash(flux->sim));
     close_scene(all);
     close_scene(flux);
-}
-
-static char folder[] = "/tmp/ryusa-test-sleep-XXXXXX";
-
-static int make_folder(void **unused)
-{
-    (void)unused;
-    return mkdtemp(folder) != NULL ? 0 : -1;
-}
-
-static int remove_folder(void **unused)
-{
-    (void)unused;
-    char line[100];
-    snprintf(line, sizeof line, "rm -rf '%s'", folder);
-    return system(line) == 0 ? 0 : -1;
-}
-
-static void save_and_forget(scene *s, int threads)
-{
-    char path[100];
-    snprintf(path, sizeof path, "%s/saved.h5", folder);
-    ry_error error = {0};
-    ry_result *file = NULL;
-    ry_state state = {0};
-    int found = 0;
-    assert_int_equal(ry_sim_collect(s->sim, &error), RY_OK);
-    assert_int_equal(ry_result_create(&file, path, &s->config, &s->sim->state, 1, &error), RY_OK);
-    assert_int_equal(ry_result_flush(file, &s->sim->state, &error), RY_OK);
-    ry_result_close(file);
-    ry_sim_free(s->sim);
-    assert_int_equal(ry_result_resume(&file, path, &s->config, &state, &found, &error), RY_OK);
-    assert_int_equal(found, 1);
-    ry_result_close(file);
-    s->sim = ry_sim_adopt(&s->config, &state, threads, &error);
-    if (s->sim == NULL) {
-        fail_msg("%s", error.text);
-    }
 }
 
 /* Before and after looks, between advances of the fluid, at once after a wake. */

@@ -432,7 +432,8 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     set_skins(b, config, &plan->derived);
     const unsigned wants = (m->moves ? RY_PAIRS_SHIFTS : 0) | (plan->has_ledger ? RY_PAIRS_LEDGER : 0) |
                            (config->contact_wet ? RY_PAIRS_WET : 0) |
-                           (ry_contact_law_rests((int)config->contact_law) ? RY_PAIRS_RESTS : 0);
+                           (ry_contact_law_rests((int)config->contact_law) ? RY_PAIRS_RESTS : 0) |
+                           (plan->contact.young != NULL ? RY_PAIRS_YOUNG : 0);
     RY_TRY(ry_pairs_create(&plan->pairs, g->n, b->n_walls, wants, error));
     RY_TRY(ry_neighbor_rebuild(b, g, &plan->pairs, error));
     plan->must_rebuild = 0;

@@ -553,7 +553,7 @@ static void close_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs
         fetch_block(c, g, pairs, p, n, &near);
         c->close(c, &near);
         book_losses(c, &near, LEFT);
-        for (int32_t k = p; k < p + n; k++) { /* those that were copied, too */
+        for (int32_t k = p; k < p + n; k++) {
             pairs->t_jn[k] = pairs->t_jt[k] = 0.0;
             pairs->t_kt[k] = -1.0;
         }

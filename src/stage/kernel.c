@@ -146,8 +146,6 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         if (which == CLOSING) {
             book_left(near, k, (ry_place){ux, uz, nx, nz, distance * distance * (ims * tms * per_all)}, slip_before, dt,
                       features);
-            t_jn[k] = t_jt[k] = 0.0;
-            t_kt[k] = -1.0;
             continue;
         }
         ry_bond bond;

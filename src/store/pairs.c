@@ -36,6 +36,9 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, unsign
     if (wants & RY_PAIRS_WET) {
         RY_TRY(make(&pairs->wet, 1, sizeof(double), error));
     }
+    if (wants & RY_PAIRS_YOUNG) {
+        RY_TRY(make(&pairs->young, 1, sizeof *pairs->young, error));
+    }
     if (wants & RY_PAIRS_LEDGER) {
         RY_TRY(make(&pairs->t_nx, 1, sizeof(double), error)); /* likewise */
     }
@@ -70,12 +73,14 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
         RY_TOUCH_FIELDS(RY_TOUCH_MAKE)
     }
 #undef RY_TOUCH_MAKE
-    if (pairs->t_nx != NULL) {
+    if (pairs->t_nx != NULL && pairs->young != NULL) {
         RY_TRY(make(&pairs->young_jn, room, sizeof(double), error));
         RY_TRY(make(&pairs->young_en, room, sizeof(double), error));
     }
-    RY_TRY(make(&pairs->young, room, sizeof *pairs->young, error));
-    RY_TRY(make(&pairs->young_age, room, sizeof *pairs->young_age, error));
+    if (pairs->young != NULL) {
+        RY_TRY(make(&pairs->young, room, sizeof *pairs->young, error));
+        RY_TRY(make(&pairs->young_age, room, sizeof *pairs->young_age, error));
+    }
     pairs->capacity = room;
     return RY_OK;
 }

@@ -46,11 +46,12 @@ typedef struct ry_pairs {
     int32_t *below;       /* n_inner: the slots in which a grain is the partner, ascending owner id */
     int32_t *wall_slot[RY_MAX_WALLS]; /* n_grains each: slot of the grain's pair with the wall, or -1 */
 
-    int32_t *young;       /* n: of each chunk, from its start, the contacts in their first steps; the walls' last */
+    int32_t *young;       /* n: of each chunk, from its start, the contacts in their first steps; the walls' last; NULL,
+                             as young_…, unless the law does those apart */
     uint8_t *young_age;   /* what their ages become when all of them are done */
     int32_t *n_young;     /* n_chunks + 1: how many; the last for the walls */
     double *young_jn, *young_en; /* of a young one in an impact: impulse [N s], energy of its spring before the
-                                    step [J], -1: not in such an impact; NULL without ledger */
+                                    step [J], -1: not in such an impact; NULL without ledger, too */
     /* What the ledger still has to book of the last step, when the velocities after it are known; NULL without
      * ledger. */
 #define RY_TOUCH_FIELDS(RY_TOUCH_FIELD)                                                              \
@@ -77,7 +78,7 @@ RY_INLINE int32_t ry_pairs_fill(int32_t n)
 }
 
 /* What of a pair is wanted beyond what every law needs. */
-enum { RY_PAIRS_SHIFTS = 1, RY_PAIRS_LEDGER = 2, RY_PAIRS_WET = 4, RY_PAIRS_RESTS = 8 };
+enum { RY_PAIRS_SHIFTS = 1, RY_PAIRS_LEDGER = 2, RY_PAIRS_WET = 4, RY_PAIRS_RESTS = 8, RY_PAIRS_YOUNG = 16 };
 
 ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, unsigned wants, ry_error *error);
 void ry_pairs_free(ry_pairs *pairs);
