@@ -23,6 +23,10 @@ typedef void ry_range_fn(void *context, int32_t begin, int32_t end, int thread);
 enum { RY_MOST_THREADS = 1024 };
 void ry_parallel(int threads, int32_t n, ry_range_fn *task, void *context);
 
+/* A piece of work in phases: each phase is done for all parts 0 .. parts-1, in parallel, before the next begins. */
+typedef void ry_phase_fn(void *context, int phase, int part);
+void ry_phases(int parts, int phases, ry_phase_fn *task, void *context);
+
 /* Sums that must not depend on the number of threads run over blocks of this many ids, then over
  * the blocks in order. */
 enum { RY_SUM_BLOCK = 1024 };

@@ -10,12 +10,12 @@
 #include <omp.h>
 #endif
 
-#include "base/clock.h"
 #include "base/memory.h"
-#include "stage/ledger.h"
 
 /* A thread has to have this many grains before a second one pays. */
 enum { GRAINS_PER_THREAD = 4000 };
+/* Grains that the caches hold, about. */
+enum { CACHED_GRAINS = 20000 };
 /* How far a grain may go before the neighbour list is made anew, unless asked otherwise: at rest, and at most, in
  * mean diameters; so many steps at its speed in between. Measured: docs/performance.md. */
 #define SKIN_LEAST 0.05
@@ -85,126 +85,6 @@ static void fill_motion(ry_motion *m, const ry_config *config, const ry_grains *
     }
 }
 
-/* ---- the stages ------------------------------------------------------------------------------ */
-
-static ry_status run_neighbor(ry_plan *plan, ry_state *state, ry_error *error)
-{
-    if (plan->must_rebuild) {
-        ry_contact_close(&plan->contact, &state->grains, &plan->pairs);
-        RY_TRY(ry_neighbor_rebuild(&plan->neighbor, &state->grains, &plan->pairs, error));
-        plan->must_rebuild = 0;
-    }
-    return RY_OK;
-}
-
-static ry_status run_column(ry_plan *plan, ry_state *state, ry_error *error)
-{
-    (void)error;
-    ry_flow_reach(&plan->flow, &state->column, plan->motion.highest + plan->neighbor.radius_max);
-    if (state->step % plan->flow.advance == 0) {
-        ry_flow_advance(&plan->flow, state, &plan->motion, plan->pairs.place);
-    }
-    return RY_OK;
-}
-
-static ry_status run_fluid(ry_plan *plan, ry_state *state, ry_error *error)
-{
-    (void)error;
-    ry_flow_sample(&plan->flow, &state->grains, &plan->motion);
-    return RY_OK;
-}
-
-static ry_status run_contact(ry_plan *plan, ry_state *state, ry_error *error)
-{
-    (void)error;
-    ry_contact_stage(&plan->contact, &state->grains, &plan->pairs);
-    return RY_OK;
-}
-
-static ry_status run_gather(ry_plan *plan, ry_state *state, ry_error *error)
-{
-    (void)error;
-    ry_motion_gather(&plan->motion, &state->grains, &plan->pairs);
-    return RY_OK;
-}
-
-static ry_status run_tally(ry_plan *plan, ry_state *state, ry_error *error)
-{
-    (void)error;
-    ry_measure_tally(&plan->measure, state, &plan->motion);
-    return RY_OK;
-}
-
-static ry_status run_ledger(ry_plan *plan, ry_state *state, ry_error *error)
-{
-    (void)error;
-    ry_ledger_stage(&plan->contact, &plan->motion, state, &plan->pairs);
-    return RY_OK;
-}
-
-static ry_status run_integrate(ry_plan *plan, ry_state *state, ry_error *error)
-{
-    (void)error;
-    const ry_neighbor *const b = &plan->neighbor;
-    plan->must_rebuild = ry_motion_integrate(&plan->motion, &state->grains, b->x0, b->z0, b->limit2, &state->ledger);
-    return RY_OK;
-}
-
-static ry_status run_sleep(ry_plan *plan, ry_state *state, ry_error *error)
-{
-    (void)state;
-    const int64_t before = plan->neighbor.rebuilds;
-    RY_TRY(ry_sleep_stage(&plan->sleep, error));
-    plan->must_rebuild = plan->must_rebuild && plan->neighbor.rebuilds == before;
-    return RY_OK;
-}
-
-static void add_stage(ry_plan *plan, const char *name, const char *kernel, const char *reads,
-                      const char *writes, ry_stage_fn *run)
-{
-    plan->stage[plan->n_stages++] = (ry_stage){name, kernel, reads, writes, run, 0.0};
-}
-
-static void name_kernels(ry_plan *plan, const ry_config *config)
-{
-    const int f = plan->contact.features;
-    snprintf(plan->contact_kernel, sizeof plan->contact_kernel, "%s%s%s%s%s",
-             ry_contact_law_name((int)config->contact_law), f & RY_CONTACT_FRICTION ? " + friction" : "",
-             f & RY_CONTACT_SIZES ? " + sizes" : "", config->contact_wet ? " + wet" : "",
-             f & RY_CONTACT_LEDGER ? " + ledger" : "");
-#define RY_NAME(value, word) word,
-    static const char *const models[] = {RY_LIST_fluid(RY_NAME)};
-    static const char *const drags[] = {RY_LIST_drag(RY_NAME)};
-#undef RY_NAME
-    snprintf(plan->flow_kernel, sizeof plan->flow_kernel, "%s, %s%s", models[config->fluid_model],
-             drags[config->fluid_drag], config->fluid_lift > 0.0 ? " + lift" : "");
-}
-
-static void lay_table(ry_plan *plan, const ry_config *config)
-{
-    name_kernels(plan, config);
-    plan->n_stages = 0;
-    add_stage(plan, "neighbor", "cells + Verlet list, when due", "positions", "pairs, their memory", run_neighbor);
-    if (plan->has_fluid) {
-        add_stage(plan, "column", plan->flow_kernel, "grains", "fluid column", run_column);
-        add_stage(plan, "fluid", plan->flow_kernel, "grains, fluid column", "gravity + fluid per grain", run_fluid);
-    }
-    add_stage(plan, "contact", plan->contact_kernel, "pairs, grains", "impulses and memory per pair", run_contact);
-    add_stage(plan, "gather", plan->motion.moves ? "impulses + shifts" : "impulses", "pairs", "impulse per grain",
-              run_gather);
-    if (plan->has_profile) {
-        add_stage(plan, "tally", "contact stress", "impulses", "impulse since the last sample", run_tally);
-    }
-    if (plan->has_ledger && ry_contact_select_young((int)config->contact_law, RY_CONTACT_LEDGER) != NULL) {
-        add_stage(plan, "ledger", "impacts", "impulses, grains", "their losses", run_ledger);
-    }
-    add_stage(plan, "integrate", "kick, drift", "impulses, gravity + fluid", "velocities, positions", run_integrate);
-    if (plan->has_sleep) {
-        add_stage(plan, "sleep", "wakes by force, sleeps at rest", "impulses, gravity + fluid", "who is skipped",
-                  run_sleep);
-    }
-}
-
 /* ---- making it ------------------------------------------------------------------------------- */
 
 static int grains_differ(const ry_grains *g, const double *im)
@@ -243,7 +123,7 @@ void ry_plan_outline(ry_plan *plan, const ry_config *config, int sizes_differ)
 {
     *plan = (ry_plan){.derived = ry_config_derive(config)};
     set_features(plan, config, sizes_differ);
-    lay_table(plan, config);
+    ry_plan_lay_table(plan, config);
 }
 
 static void set_skins(ry_neighbor *b, const ry_config *config, const ry_derived *q)
@@ -340,6 +220,7 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     c->body = (const double (*)[RY_BODY])m->body;
     c->dt = config->time_step;
     c->threads = plan->threads;
+    c->large = state->grains.n > CACHED_GRAINS;
     c->length = config->domain_periodic ? length : 0.0;
     c->half = config->domain_periodic ? 0.5 * length : INFINITY;
     c->wall_length = length;
@@ -410,8 +291,10 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     set_features(plan, config, 0);
     set_walls(plan, config);
     ry_motion *const m = &plan->motion;
-    RY_TRY(ry_motion_create(m, g->n, m->moves, error));
     m->threads = plan->threads;
+    m->kept = plan->has_sleep || ry_plan_books_impacts(plan, config);
+    m->pushed = plan->has_fluid || plan->has_ledger || plan->has_profile || plan->has_sleep;
+    RY_TRY(ry_motion_create(m, g->n, error));
     m->periodic = config->domain_periodic;
     m->length = plan->derived.length;
     m->dt = config->time_step;
@@ -425,6 +308,8 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     b->length = plan->derived.length;
     b->periodic = config->domain_periodic;
     RY_TRY(ry_neighbor_create(b, g, plan->threads, error));
+    RY_TRY(ry_plan_lay_passes(plan, config, g->n, error));
+    b->blocks = &plan->blocks;
     if (plan->has_sleep) {
         b->still = state->sleepers.asleep;
         b->has_sleepers = 1;
@@ -453,7 +338,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     if (plan->has_sleep) {
         RY_TRY(start_sleep(plan, config, state, error));
     }
-    lay_table(plan, config);
+    ry_plan_lay_table(plan, config);
     return RY_OK;
 }
 
@@ -461,6 +346,7 @@ void ry_plan_free(ry_plan *plan)
 {
     ry_sleep_free(&plan->sleep);
     ry_neighbor_free(&plan->neighbor);
+    ry_blocks_free(&plan->blocks);
     ry_pairs_free(&plan->pairs);
     ry_motion_free(&plan->motion);
     ry_flow_free(&plan->flow);
@@ -468,20 +354,4 @@ void ry_plan_free(ry_plan *plan)
     free(plan->tau_fluid);
     free(plan->contact.books);
     *plan = (ry_plan){0};
-}
-
-ry_status ry_plan_step(ry_plan *plan, ry_state *state, int timed, ry_error *error)
-{
-    double before = timed ? ry_clock() : 0.0;
-    for (int s = 0; s < plan->n_stages; s++) {
-        RY_TRY(plan->stage[s].run(plan, state, error));
-        if (timed) {
-            const double now = ry_clock();
-            plan->stage[s].seconds += now - before;
-            before = now;
-        }
-    }
-    state->step++;
-    state->time = (double)state->step * plan->motion.dt;
-    return RY_OK;
 }

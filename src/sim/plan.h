@@ -7,6 +7,7 @@
 #define RY_SIM_PLAN_H
 
 #include "ryusa/config.h"
+#include "stage/blocks.h"
 #include "stage/contact.h"
 #include "stage/flow.h"
 #include "stage/measure.h"
@@ -24,18 +25,24 @@ typedef struct ry_stage {
     const char *name;    /* as in the folder src/stage */
     const char *kernel;  /* what runs in it */
     const char *reads, *writes;
-    ry_stage_fn *run;
+    ry_stage_fn *run;    /* NULL: a pass over the bed, which goes with that of contact */
+    int pass;
     double seconds;      /* spent, extrapolated from the steps that were timed */
 } ry_stage;
 
 enum { RY_MOST_STAGES = 10 };
 
+/* What goes through the bed block by block (stage/blocks.h). */
+enum { RY_PASS_NONE, RY_PASS_CONTACT, RY_PASS_GATHER, RY_PASS_TALLY, RY_PASS_LEDGER, RY_PASS_INTEGRATE, RY_PASSES };
+
 struct ry_plan {
     ry_derived derived;
     int threads;
     int has_fluid, has_ledger, has_profile, has_sleep;
-    int must_rebuild;
+    int must_rebuild, timed;
     ry_pairs pairs;
+    ry_blocks blocks;
+    double spent[RY_PASSES]; /* by the first thread in a timed step [s] */
     ry_neighbor neighbor;
     ry_contact contact;
     ry_motion motion;
@@ -56,6 +63,13 @@ void ry_plan_free(ry_plan *plan);
 
 /* Fills the step table alone, without arrays, for `ryusa show`. */
 void ry_plan_outline(ry_plan *plan, const ry_config *config, int sizes_differ);
+
+/* Parts of making it: the step table; the passes over the bed. */
+void ry_plan_lay_table(ry_plan *plan, const ry_config *config);
+ry_status ry_plan_lay_passes(ry_plan *plan, const ry_config *config, int32_t n_grains, ry_error *error);
+
+/* The losses of impacts need a pass of their own. */
+int ry_plan_books_impacts(const ry_plan *plan, const ry_config *config);
 
 /* One step; timed if asked. */
 ry_status ry_plan_step(ry_plan *plan, ry_state *state, int timed, ry_error *error);

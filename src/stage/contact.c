@@ -70,8 +70,12 @@ double ry_contact_tangential(const ry_contact *c, const ry_grains *g, const ry_p
 
 /* ---- a block: fetch ------------------------------------------------------------------------- */
 
+/* Large beds come from beyond the caches, and records that are read here and there are not foreseen by the
+ * processor: those of so many grains further on are asked for. */
+enum { AHEAD = 96 };
+
 /* One load fetches half a grain; what the law needs of a pair is differences (of position and velocity) and sums. */
-RY_CLONES static void fetch_grains(const ry_contact *c, ry_near *near)
+RY_INLINE void fetch_body(const ry_contact *c, ry_near *near, const int ahead)
 {
     const double (*const body)[RY_BODY] = c->body;
     const int32_t *const i = near->i, *const j = near->j;
@@ -83,6 +87,9 @@ RY_CLONES static void fetch_grains(const ry_contact *c, ry_near *near)
             const double *const a = body[i[k + m]], *const b = body[j[k + m]];
             place[m] = ry_four_load(b) + flip * ry_four_load(a);
             motion[m] = ry_four_load(b + RY_BODY_VX) + flip * ry_four_load(a + RY_BODY_VX);
+        }
+        for (int32_t m = 0; m < ahead; m++) { /* four pairs have about two owners */
+            __builtin_prefetch(body[i[k] + m] + AHEAD * RY_BODY);
         }
         ry_four_turn(place);
         ry_four_turn(motion);
@@ -109,6 +116,21 @@ RY_CLONES static void fetch_grains(const ry_contact *c, ry_near *near)
     }
     near->opens = opens;
     near->young = young;
+}
+
+RY_CLONES static void fetch_cached(const ry_contact *c, ry_near *near)
+{
+    fetch_body(c, near, 0);
+}
+
+RY_CLONES static void fetch_ahead(const ry_contact *c, ry_near *near)
+{
+    fetch_body(c, near, 2);
+}
+
+static void fetch_grains(const ry_contact *c, ry_near *near)
+{
+    (c->large ? fetch_ahead : fetch_cached)(c, near);
 }
 
 /* Walls are at rest and have no radius. */
@@ -209,21 +231,21 @@ RY_CLONES static void put_slots(const ry_near *near, double (*restrict slot)[RY_
     }
 }
 
-static void put_run(const ry_contact *c, ry_pairs *pairs, int32_t first, const ry_near *near)
+static void put_run(const ry_contact *c, ry_pairs *pairs, int32_t first, int chunk, const ry_near *near)
 {
-    put_slots(near, pairs->slot + first, pairs->age + first);
+    put_slots(near, pairs->slot + ry_shelf_slot(&pairs->shelf[chunk], first), pairs->age + first);
     if (c->moves) {
         memcpy(pairs->sx + first, near->sx, (size_t)near->n * sizeof *near->sx);
         memcpy(pairs->sz + first, near->sz, (size_t)near->n * sizeof *near->sz);
     }
 }
 
-static void put_list(const ry_contact *c, ry_pairs *pairs, const ry_near *near)
+static void put_list(const ry_contact *c, ry_pairs *pairs, int chunk, const ry_near *near)
 {
     for (int32_t k = 0; k < near->n; k++) {
         const int32_t p = near->list[0][k];
         const double slot[RY_SLOT] = {near->px[k], near->pz[k], near->pt[k], near->mark[k]};
-        memcpy(pairs->slot[p], slot, sizeof slot);
+        memcpy(pairs->slot[ry_shelf_slot(&pairs->shelf[chunk], p)], slot, sizeof slot);
         pairs->slip[p] = near->slip[k];
         if (pairs->rest != NULL) {
             pairs->rest[p] = near->rest[k];
@@ -338,41 +360,30 @@ static int fetch_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
     return whole;
 }
 
-static void push_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t n,
-                       ry_near *near)
-{
-    const int whole = fetch_block(c, g, pairs, first, n, near);
-    if (near->opens && (c->features & RY_CONTACT_LEDGER) && (c->features & RY_CONTACT_FRICTION)) {
-        book_openings(c, g, pairs, first, near);
-    }
-    if (c->film.on) {
-        ry_contact_film(c, g, near);
-    }
-    near->own = c->film.on ? near->wet : c->dry;
-    c->kernel(c, near);
-    book_losses(c, near, LEFT | NOW);
-    if (whole) {
-        put_run(c, pairs, first, near);
-    } else {
-        put_list(c, pairs, near);
-    }
-}
-
-/* The pairs first .. end-1, of a chunk. Returns how many contacts are young, listed from place `first` on. */
-static int32_t push_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t end,
-                          int32_t chunk)
+void ry_contact_push(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t end, int chunk)
 {
     ry_near near;
-    int32_t young = 0;
     near.books = books_of(c, chunk);
-    for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
-        const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
-        push_block(c, g, pairs, p, n, &near);
-        if (near.young && c->young != NULL) {
-            young += list_young(pairs->age + p, p, n, pairs->young + first + young);
-        }
+    const int whole = fetch_block(c, g, pairs, first, end - first, &near);
+    if (near.opens && (c->features & RY_CONTACT_LEDGER) && (c->features & RY_CONTACT_FRICTION)) {
+        book_openings(c, g, pairs, first, &near);
     }
-    return young;
+    if (c->film.on) {
+        ry_contact_film(c, g, &near);
+    }
+    near.own = c->film.on ? near.wet : c->dry;
+    c->kernel(c, &near);
+    book_losses(c, &near, LEFT | NOW);
+    if (whole) {
+        put_run(c, pairs, first, chunk, &near);
+    } else {
+        put_list(c, pairs, chunk, &near);
+    }
+    if (near.young && c->young != NULL) {
+        const int32_t from = chunk < pairs->n_chunks ? pairs->chunk[chunk] : pairs->n_inner;
+        int32_t *const young = pairs->young + from + pairs->n_young[chunk];
+        pairs->n_young[chunk] += list_young(pairs->age + first, first, end - first, young);
+    }
 }
 
 /* ---- young contacts ------------------------------------------------------------------------- */
@@ -449,9 +460,11 @@ static void fetch_crowds(const ry_contact *c, const ry_pairs *pairs, ry_near *ne
     }
 }
 
-static void push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t from, int32_t n,
-                       int32_t chunk)
+void ry_contact_push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t end,
+                           int chunk)
 {
+    const ry_entries listed = ry_pairs_young(pairs, first, end, chunk);
+    const int32_t from = listed.begin, n = listed.end - listed.begin;
     const int32_t *const young = pairs->young + from;
     uint8_t *const young_age = pairs->young_age + from;
     ry_near near;
@@ -469,7 +482,7 @@ static void push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
             young_age[at + k] = (uint8_t)near.age[k];
             near.age[k] = pairs->age[young[at + k]];
         }
-        put_list(c, pairs, &near);
+        put_list(c, pairs, chunk, &near);
         if (c->features & RY_CONTACT_LEDGER) {
             memcpy(pairs->young_jn + from + at, near.jn, (size_t)count * sizeof *near.jn);
             memcpy(pairs->young_en + from + at, near.en, (size_t)count * sizeof *near.en);
@@ -484,33 +497,7 @@ static void put_ages(ry_pairs *pairs, int32_t from, int32_t n)
     }
 }
 
-/* ---- the stage ------------------------------------------------------------------------------ */
-
-typedef struct ry_contact_task {
-    const ry_contact *contact;
-    const ry_grains *grains;
-    ry_pairs *pairs;
-} ry_contact_task;
-
-static void push_chunks(void *context, int32_t begin, int32_t end, int thread)
-{
-    const ry_contact_task *const t = context;
-    ry_pairs *const pairs = t->pairs;
-    (void)thread;
-    for (int32_t k = begin; k < end; k++) {
-        pairs->n_young[k] = push_range(t->contact, t->grains, pairs, pairs->chunk[k], pairs->chunk[k + 1], k);
-    }
-}
-
-static void push_young_chunks(void *context, int32_t begin, int32_t end, int thread)
-{
-    const ry_contact_task *const t = context;
-    (void)thread;
-    for (int32_t k = begin; k < end; k++) {
-        const int32_t first = t->pairs->chunk[k];
-        push_young(t->contact, t->grains, t->pairs, first, t->pairs->n_young[k], k);
-    }
-}
+/* ---- before and after ----------------------------------------------------------------------- */
 
 /* What the threads have booked goes to the ledger: in any order, the sums are exact. */
 static void join_books(const ry_contact *c, int32_t n_chunks)
@@ -523,22 +510,23 @@ static void join_books(const ry_contact *c, int32_t n_chunks)
     }
 }
 
-void ry_contact_stage(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
+void ry_contact_begin(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
 {
-    ry_contact_task task = {c, g, pairs};
-    ry_parallel(c->threads, pairs->n_chunks, push_chunks, &task);
-    const int32_t n_chunks = pairs->n_chunks;
-    const int32_t at_walls = push_range(c, g, pairs, pairs->n_inner, pairs->n, n_chunks);
-    pairs->n_young[n_chunks] = at_walls;
-    if (c->young != NULL) {
-        ry_parallel(c->threads, n_chunks, push_young_chunks, &task);
-        push_young(c, g, pairs, pairs->n_inner, at_walls, n_chunks);
-        for (int32_t k = 0; k < pairs->n_chunks; k++) {
-            put_ages(pairs, pairs->chunk[k], pairs->n_young[k]);
-        }
-        put_ages(pairs, pairs->n_inner, at_walls);
+    for (int32_t k = 0; k <= pairs->n_chunks; k++) {
+        pairs->n_young[k] = 0;
     }
-    join_books(c, n_chunks);
+    for (int32_t p = pairs->n_inner; p < pairs->n; p += RY_CONTACT_BLOCK) {
+        const int32_t end = pairs->n - p < RY_CONTACT_BLOCK ? pairs->n : p + RY_CONTACT_BLOCK;
+        ry_contact_push(c, g, pairs, p, end, pairs->n_chunks);
+    }
+}
+
+void ry_contact_end(const ry_contact *c, ry_pairs *pairs)
+{
+    for (int32_t k = 0; c->young != NULL && k <= pairs->n_chunks; k++) {
+        put_ages(pairs, k < pairs->n_chunks ? pairs->chunk[k] : pairs->n_inner, pairs->n_young[k]);
+    }
+    join_books(c, pairs->n_chunks);
 }
 
 /* ---- the books ------------------------------------------------------------------------------ */
@@ -559,6 +547,12 @@ static void close_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs
         }
     }
 }
+
+typedef struct ry_contact_task {
+    const ry_contact *contact;
+    const ry_grains *grains;
+    ry_pairs *pairs;
+} ry_contact_task;
 
 static void close_chunks(void *context, int32_t begin, int32_t end, int thread)
 {

@@ -87,6 +87,7 @@ struct ry_contact {
     ry_wall wall[RY_MAX_WALLS];
     double wall_length; /* where the right wall stands [m] */
     int moves, features, threads;
+    int large; /* so many grains that they don't stay in the cache */
     int impacts; /* the law says what an impact loses; else nothing is lost so, or the ledger finds out */
     int explicit_spring; /* normal spring: its kick precedes the drift; all but the laws of Fujioka & Ushijima */
     const double *im; /* inverse masses, walls included: 0 [1/kg] */
@@ -122,7 +123,14 @@ typedef struct ry_contact_depth {
 } ry_contact_depth;
 ry_contact_depth ry_contact_deepest(const ry_contact *contact, const ry_grains *grains, const ry_pairs *pairs);
 
-void ry_contact_stage(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
+/* A step: begin (which does the pairs with walls), the pairs of grains by at most RY_CONTACT_BLOCK of a chunk; when all
+ * contacts of their grains are known those among them that are young, if the law treats those apart; end. */
+void ry_contact_begin(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
+void ry_contact_push(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs, int32_t first, int32_t end,
+                     int chunk);
+void ry_contact_push_young(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs, int32_t first,
+                           int32_t end, int chunk);
+void ry_contact_end(const ry_contact *contact, ry_pairs *pairs);
 
 /* Books what is left of the last step, which the next would do in passing: before somebody reads the ledger or the
  * list is made anew. Makes no difference to any later bit. */

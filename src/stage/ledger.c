@@ -37,16 +37,14 @@ static double lose_in_impact(const ry_contact *c, const ry_motion *m, const ry_g
     return -impulse * mean - (held - before_step) - fall * (mean - after) / (ims * dt);
 }
 
-void ry_ledger_stage(const ry_contact *c, const ry_motion *m, ry_state *state, const ry_pairs *pairs)
+void ry_ledger_impacts(const ry_contact *c, const ry_motion *m, const ry_grains *g, const ry_pairs *pairs,
+                       int32_t first, int32_t end, int chunk)
 {
-    for (int32_t chunk = 0; chunk <= pairs->n_chunks; chunk++) {
-        const int32_t first = chunk < pairs->n_chunks ? pairs->chunk[chunk] : pairs->n_inner;
-        for (int32_t y = first; y < first + pairs->n_young[chunk]; y++) {
-            if (pairs->young_en[y] >= 0.0) {
-                const double lost = lose_in_impact(c, m, &state->grains, pairs, pairs->young[y], pairs->young_jn[y],
-                                                   pairs->young_en[y]);
-                ry_exact_add(&state->ledger.loss_impact, c->scale, &lost, 1);
-            }
+    const ry_entries young = ry_pairs_young(pairs, first, end, chunk);
+    for (int32_t y = young.begin; y < young.end; y++) {
+        if (pairs->young_en[y] >= 0.0) {
+            const double lost = lose_in_impact(c, m, g, pairs, pairs->young[y], pairs->young_jn[y], pairs->young_en[y]);
+            ry_exact_add(&c->books[chunk].loss_impact, c->scale, &lost, 1);
         }
     }
 }

@@ -3,7 +3,7 @@
  *
  * The energy ledger. Work is impulse times the mean of the velocities before and after the kick, with all forces on
  * both grains in it: exact for the kinetic energy. The pair loop books what dashpots and friction take, integrate
- * what the fluid gives; here are the impacts of laws that balance their energy, few at a time. Runs after gather,
+ * what the fluid gives; here are the impacts of laws that balance their energy, few at a time. A pass after gather,
  * before integrate. */
 #ifndef RY_STAGE_LEDGER_H
 #define RY_STAGE_LEDGER_H
@@ -11,7 +11,8 @@
 #include "stage/contact.h"
 #include "stage/motion.h"
 
-void ry_ledger_stage(const ry_contact *contact, const ry_motion *motion, ry_state *state,
-                     const ry_pairs *pairs);
+/* Those among the pairs first .. end-1 of a chunk, into its books. */
+void ry_ledger_impacts(const ry_contact *contact, const ry_motion *motion, const ry_grains *grains,
+                       const ry_pairs *pairs, int32_t first, int32_t end, int chunk);
 
 #endif

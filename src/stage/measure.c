@@ -173,28 +173,24 @@ typedef struct ry_measure_task {
     const int32_t *place;
 } ry_measure_task;
 
-RY_CLONES static void add_up(double *restrict sum, const double *restrict value, int32_t begin, int32_t end)
+RY_CLONES static void add_up(double *restrict sum, const double *restrict value, int32_t n)
 {
-    for (int32_t k = begin; k < end; k++) {
+    for (int32_t k = 0; k < n; k++) {
         sum[k] += value[k];
     }
 }
 
-static void tally(void *context, int32_t begin, int32_t end, int thread)
+void ry_measure_begin(ry_measure *m, const ry_state *state)
 {
-    const ry_measure_task *const t = context;
-    (void)thread;
-    add_up(t->measure->impulse, t->motion->cx, begin, end);
-}
-
-void ry_measure_tally(ry_measure *m, const ry_state *state, const ry_motion *motion)
-{
-    ry_measure_task task = {.measure = m, .state = state, .motion = motion};
     if (state->step % m->window == m->window / 2) {
         memcpy(m->middle, state->grains.z, (size_t)state->grains.n * sizeof *m->middle);
     }
     m->tallied++;
-    ry_parallel(m->threads, state->grains.n, tally, &task);
+}
+
+void ry_measure_tally(const ry_measure *m, const ry_motion *motion, int32_t begin, int32_t end, int chunk)
+{
+    add_up(m->impulse + begin, motion->cx + ry_motion_at(motion, begin, chunk), end - begin);
 }
 
 /* ---- one grain ------------------------------------------------------------------------------- */

@@ -56,7 +56,10 @@ void ry_measure_save(const ry_measure *measure, const int32_t *place, double *to
 int ry_measure_load(ry_measure *measure, const int32_t *place, const double *from, int64_t count);
 
 /* Every step, after gather: adds the contacts' impulses up. */
-void ry_measure_tally(ry_measure *measure, const ry_state *state, const ry_motion *motion);
+void ry_measure_tally(const ry_measure *measure, const ry_motion *motion, int32_t begin, int32_t end, int chunk);
+
+/* Before the blocks of a step are tallied. */
+void ry_measure_begin(ry_measure *measure, const ry_state *state);
 
 /* sum of V u over the grains that can move [m^4/s], and their kinetic and gravity energy [J]. */
 typedef struct ry_measure_sums {

@@ -11,38 +11,46 @@
 #include "law/law.h"
 #include "stage/four.h"
 
-static ry_status make(double **array, int32_t n, int wanted, ry_error *error)
+static ry_status make(double **array, size_t n, int wanted, ry_error *error)
 {
-    *array = wanted ? ry_array((size_t)n + RY_MAX_WALLS, sizeof(double)) : NULL;
-    return *array != NULL || !wanted ? RY_OK : ry_no_memory(error, (size_t)n * sizeof(double));
+    *array = wanted ? ry_array(n, sizeof(double)) : NULL;
+    return *array != NULL || !wanted ? RY_OK : ry_no_memory(error, n * sizeof(double));
 }
 
-ry_status ry_motion_create(ry_motion *m, int32_t n, int moves, ry_error *error)
+ry_status ry_motion_create(ry_motion *m, int32_t n, ry_error *error)
 {
-    double **const always[] = {&m->im, &m->tm, &m->spin_gain, &m->gx, &m->gz,
-                               &m->weight, &m->cx, &m->cz, &m->ct};
-    m->moves = moves;
+    double **const always[] = {&m->im, &m->tm, &m->spin_gain, &m->weight};
+    double **const sums[] = {&m->cx, &m->cz, &m->ct};
+    const size_t room = (size_t)n + RY_MAX_WALLS;
     m->n_awake = n;
     m->highest_asleep = -INFINITY;
     for (size_t k = 0; k < sizeof always / sizeof *always; k++) {
-        RY_TRY(make(always[k], n, 1, error));
+        RY_TRY(make(always[k], room, 1, error));
     }
-    m->body = ry_array((size_t)n + RY_MAX_WALLS, sizeof *m->body);
-    if (m->body == NULL) {
-        return ry_no_memory(error, (size_t)n * sizeof *m->body);
+    for (size_t k = 0; k < sizeof sums / sizeof *sums; k++) {
+        RY_TRY(make(sums[k], m->kept ? room : (size_t)m->threads * RY_BLOCK, 1, error));
     }
-    RY_TRY(make(&m->sx, n, moves, error));
-    return make(&m->sz, n, moves, error);
+    m->body = ry_array(room, sizeof *m->body);
+    m->extent = ry_array((size_t)m->threads, sizeof *m->extent);
+    if (m->body == NULL || m->extent == NULL) {
+        return ry_no_memory(error, room * sizeof *m->body);
+    }
+    RY_TRY(make(&m->gx, room, m->pushed, error));
+    RY_TRY(make(&m->gz, room, m->pushed, error));
+    m->gz = m->pushed ? m->gz : m->weight;
+    RY_TRY(make(&m->sx, room, m->moves, error));
+    return make(&m->sz, room, m->moves, error);
 }
 
 void ry_motion_free(ry_motion *m)
 {
-    double *const arrays[] = {m->im, m->tm, m->spin_gain, m->gx, m->gz, m->weight,
+    double *const arrays[] = {m->im, m->tm, m->spin_gain, m->gx, m->pushed ? m->gz : NULL, m->weight,
                               m->cx, m->cz, m->ct, m->sx, m->sz};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }
     free(m->body);
+    free(m->extent);
     *m = (ry_motion){0};
 }
 
@@ -86,17 +94,14 @@ void ry_motion_settle(ry_motion *m, const ry_grains *g)
 
 /* ---- gather --------------------------------------------------------------------------------- */
 
-/* Grains are gathered in blocks of this many, which stay in the first cache. */
-enum { GATHERED = 256 };
-
 /* A grain whose contacts begin to endure, or cease to, gets half a kick of gravity less, or more: velocities lie
  * half a step before positions there, and beside them in flight. Without it each landing and take-off would
  * gain m g dt/2 times the change of the velocity. `marks`: the sums of its contacts' marks, which tell how many hold it
  * now, and did before. For all grains alike: who turns is nothing that a branch could guess. */
-RY_CLONES static void turn_half_a_kick(const ry_motion *m, const double *restrict marks, int32_t begin, int32_t n)
+RY_CLONES static void turn_half_a_kick(const ry_motion *m, const double *restrict marks, int32_t begin, int32_t n,
+                                       double *restrict cz)
 {
     const double *const im = m->im + begin, *const weight = m->weight + begin;
-    double *restrict const cz = m->cz + begin;
     const double holds = RY_MARK_HOLDS, half = RY_MARK_HOLDS / 2;
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
@@ -107,24 +112,55 @@ RY_CLONES static void turn_half_a_kick(const ry_motion *m, const double *restric
     }
 }
 
+/* How to find slots: each at its pair's place; all of a block's pairs by the one rule of its way; or each looked up,
+ * most of them on the shelf of their own chunk. */
+enum { PLAIN, NEAR, FAR };
+
+typedef struct ry_shop {
+    const char *near; /* of slot 0 of the rule, which may lie before the array */
+    size_t mask;
+    const ry_pairs *pairs;
+    ry_shelf own;
+    int32_t first, end; /* its pairs */
+} ry_shop;
+
+static ry_shop shop_for(const ry_pairs *pairs, ry_way way, int chunk)
+{
+    const intptr_t base = (intptr_t)way.base * (intptr_t)sizeof *pairs->slot;
+    return (ry_shop){.near = (const char *)((intptr_t)pairs->slot + base), .mask = (uint32_t)way.mask, .pairs = pairs,
+                     .own = pairs->shelf[chunk], .first = pairs->chunk[chunk], .end = pairs->chunk[chunk + 1]};
+}
+
+RY_INLINE ry_four load_slot(const ry_shop *from, const int how, int32_t p)
+{
+    const ry_pairs *const pairs = from->pairs;
+    if (how == PLAIN) {
+        return ry_four_load(pairs->slot[p]);
+    }
+    if (how == NEAR) {
+        return ry_four_load((const double *)(from->near + ((uint32_t)p & from->mask) * sizeof *pairs->slot));
+    }
+    const int own = p >= from->first && p < from->end;
+    return ry_four_load(own ? pairs->slot[ry_shelf_slot(&from->own, p)] : ry_pairs_slot(pairs, p));
+}
+
 /* Ascending id of the partner: those with lower ids (where the grain is the partner of the pair), its
  * own row, then the walls. */
-RY_INLINE ry_four sum_slots(const ry_pairs *pairs, const int32_t *below, const int32_t *below_start, const int32_t *row,
-                            int walls, int32_t k)
+RY_INLINE ry_four sum_slots(const ry_pairs *pairs, const ry_shop *from, const int how, int walls, int32_t k)
 {
-    const double (*const slot)[RY_SLOT] = (const double (*)[RY_SLOT])pairs->slot;
+    const int32_t *const below = pairs->below, *const below_start = pairs->below_start, *const row = pairs->row;
     const ry_four opposite = {-1.0, -1.0, 1.0, 1.0};
     ry_four sum = {0.0, 0.0, 0.0, 0.0};
     for (int32_t b = below_start[k]; b < below_start[k + 1]; b++) {
-        sum += opposite * ry_four_load(slot[below[b]]);
+        sum += opposite * load_slot(from, how, below[b]);
     }
     for (int32_t p = row[k]; p < row[k + 1]; p++) {
-        sum += ry_four_load(slot[p]);
+        sum += load_slot(from, how, p);
     }
     for (int w = 0; w < walls; w++) {
         const int32_t p = pairs->wall_slot[w][k];
         if (p >= 0) {
-            sum += ry_four_load(slot[p]);
+            sum += load_slot(from, how, p);
         }
     }
     return sum;
@@ -141,28 +177,42 @@ static int count_walls(const ry_pairs *pairs)
 
 void ry_motion_listed(const ry_pairs *pairs, int32_t k, double *slot)
 {
-    const ry_four sum = sum_slots(pairs, pairs->below, pairs->below_start, pairs->row, count_walls(pairs), k);
-    ry_four_store(slot, sum);
+    const ry_shop shop = shop_for(pairs, (ry_way){0}, 0);
+    ry_four_store(slot, sum_slots(pairs, &shop, FAR, count_walls(pairs), k));
 }
 
-RY_CLONES static void gather_range(const ry_motion *m, const ry_pairs *pairs, int32_t begin, int32_t end,
-                                   double *restrict marks)
+/* The sums of a block, at place `at` of cx, cz, ct. */
+RY_INLINE void gather_body(const ry_motion *m, const ry_pairs *pairs, ry_way way, int chunk, const int how,
+                           int32_t begin, int32_t n, double *restrict marks)
 {
-    const int32_t *const below = pairs->below, *const below_start = pairs->below_start;
-    const int32_t *const row = pairs->row;
+    const int32_t at = ry_motion_at(m, begin, chunk);
+    double *restrict const cx = m->cx + at, *restrict const cz = m->cz + at, *restrict const ct = m->ct + at;
+    const ry_pairs list = *pairs; /* a copy, which nothing that is written here changes */
+    const ry_shop shop = shop_for(&list, way, chunk);
     const int walls = count_walls(pairs);
-    for (int32_t k = begin; k < end; k++) {
-        const ry_four sum = sum_slots(pairs, below, below_start, row, walls, k);
-        m->cx[k] = sum[RY_SLOT_X];
-        m->cz[k] = sum[RY_SLOT_Z];
-        m->ct[k] = sum[RY_SLOT_TURN];
-        marks[k - begin] = sum[RY_SLOT_MARK];
+    for (int32_t k = 0; k < n; k++) {
+        const ry_four sum = sum_slots(&list, &shop, how, walls, begin + k);
+        cx[k] = sum[RY_SLOT_X];
+        cz[k] = sum[RY_SLOT_Z];
+        ct[k] = sum[RY_SLOT_TURN];
+        marks[k] = sum[RY_SLOT_MARK];
     }
 }
 
-static void gather_shifts(const ry_motion *m, const ry_pairs *pairs)
+#define GATHER(name, how)                                                                                 \
+    RY_CLONES static void name(const ry_motion *m, const ry_pairs *pairs, ry_way way, int chunk,          \
+                               int32_t begin, int32_t n, double *marks)                                   \
+    {                                                                                                     \
+        gather_body(m, pairs, way, chunk, how, begin, n, marks);                                          \
+    }
+GATHER(gather_plain, PLAIN)
+GATHER(gather_near, NEAR)
+GATHER(gather_far, FAR)
+
+static void gather_shifts(const ry_motion *m, const ry_pairs *pairs, int32_t begin, int32_t end)
 {
-    for (int32_t k = 0; k < pairs->n_grains; k++) {
+    const int walls = count_walls(pairs);
+    for (int32_t k = begin; k < end; k++) {
         double x = 0.0, z = 0.0;
         for (int32_t b = pairs->below_start[k]; b < pairs->below_start[k + 1]; b++) {
             x -= pairs->sx[pairs->below[b]];
@@ -172,53 +222,27 @@ static void gather_shifts(const ry_motion *m, const ry_pairs *pairs)
             x += pairs->sx[p];
             z += pairs->sz[p];
         }
+        for (int w = 0; w < walls; w++) {
+            const int32_t p = pairs->wall_slot[w][k];
+            x += p >= 0 ? pairs->sx[p] : 0.0;
+            z += p >= 0 ? pairs->sz[p] : 0.0;
+        }
         m->sx[k] = x;
         m->sz[k] = z;
     }
-    for (int32_t p = pairs->n_inner; p < pairs->n; p++) {
-        m->sx[pairs->i[p]] += pairs->sx[p];
-        m->sz[pairs->i[p]] += pairs->sz[p];
-    }
 }
 
-typedef struct ry_extent {
-    int gone;       /* a grain has gone further than it may */
-    double highest; /* [m] */
-} ry_extent;
-
-typedef struct ry_motion_task {
-    const ry_motion *motion;
-    ry_grains *grains;
-    ry_pairs *pairs;
-    double *x0;
-    const double *z0, *limit2;
-    ry_extent extent[RY_MOST_THREADS];
-    ry_exact work[RY_MOST_THREADS];
-} ry_motion_task;
-
-static void gather_grains(void *context, int32_t begin, int32_t end, int thread)
+void ry_motion_gather(const ry_motion *m, const ry_pairs *pairs, int32_t begin, int32_t end, ry_way way, int chunk)
 {
-    const ry_motion_task *const t = context;
-    double marks[GATHERED];
-    (void)thread;
-    for (int32_t k = begin; k < end; k += GATHERED) {
-        const int32_t n = end - k < GATHERED ? end - k : GATHERED;
-        gather_range(t->motion, t->pairs, k, k + n, marks);
-        if (t->motion->marks) {
-            turn_half_a_kick(t->motion, marks, k, n);
-        }
+    double marks[RY_BLOCK];
+    const int plain = way.mask == -1 && way.base == 0;
+    const int near = way.mask != 0;
+    (plain ? gather_plain : (near ? gather_near : gather_far))(m, pairs, way, chunk, begin, end - begin, marks);
+    if (m->marks) {
+        turn_half_a_kick(m, marks, begin, end - begin, m->cz + ry_motion_at(m, begin, chunk));
     }
-}
-
-void ry_motion_gather(const ry_motion *m, const ry_grains *g, ry_pairs *pairs)
-{
-    ry_motion_task task;
-    task.motion = m;
-    task.pairs = pairs;
-    (void)g;
-    ry_parallel(m->threads, m->n_awake, gather_grains, &task);
     if (m->moves) {
-        gather_shifts(m, pairs);
+        gather_shifts(m, pairs, begin, end);
     }
 }
 
@@ -230,29 +254,34 @@ RY_INLINE double drift(double v, double after, int touched, double dt)
     return (touched ? after : 0.5 * (v + after)) * dt;
 }
 
-RY_INLINE ry_extent integrate_body(const ry_motion *m, ry_grains *g, double *restrict x0,
-                                   const double *restrict z0, const double *restrict limit2, int32_t begin,
-                                   int32_t end, const int books, double *restrict work)
+/* The grains of a block, from `begin` on; at: place of cx, cz, ct. x that wrap are rare: `over` is what is taken
+ * off, and whether any is not 0 is returned. */
+RY_INLINE int integrate_body(const ry_motion *m, ry_grains *g, const double *restrict x0, const double *restrict z0,
+                             const double *restrict limit2, int32_t begin, int32_t n, int32_t at, const int pushed,
+                             const int books, double *restrict over, double *restrict work, ry_extent *extent)
 {
-    double *restrict const x = g->x, *restrict const z = g->z, *restrict const vx = g->vx;
-    double *restrict const vz = g->vz, *restrict const spin = g->spin;
-    int32_t *restrict const image = g->image;
-    const double *restrict const im = m->im, *restrict const cx = m->cx, *restrict const cz = m->cz;
-    const double *restrict const ct = m->ct, *restrict const gain = m->spin_gain;
-    const double *restrict const gx = m->gx, *restrict const gz = m->gz;
-    const double *restrict const weight = m->weight;
+    double *restrict const x = g->x + begin, *restrict const z = g->z + begin, *restrict const vx = g->vx + begin;
+    double *restrict const vz = g->vz + begin, *restrict const spin = g->spin + begin;
+    const double *restrict const im = m->im + begin, *restrict const gain = m->spin_gain + begin;
+    const double *restrict const cx = m->cx + at, *restrict const cz = m->cz + at, *restrict const ct = m->ct + at;
+    const double *restrict const gx = pushed ? m->gx + begin : im, *restrict const gz = m->gz + begin;
+    const double *restrict const weight = m->weight + begin;
     const double dt = m->dt, length = m->periodic ? m->length : 0.0;
     const double right = m->periodic ? m->length : 1e300;
     const double left = m->periodic ? 0.0 : -1e300;
-    double furthest = -1.0, highest = -INFINITY;
-#pragma omp simd reduction(max : furthest, highest)
-    for (int32_t k = begin; k < end; k++) {
+    double furthest = extent->furthest, highest = extent->highest;
+    double wrapped = 0.0;
+    x0 += begin;
+    z0 += begin;
+    limit2 += begin;
+#pragma omp simd reduction(max : furthest, highest, wrapped)
+    for (int32_t k = 0; k < n; k++) {
         const int touched = (cx[k] != 0.0) | (cz[k] != 0.0);
-        const double ux = vx[k] + cx[k] * im[k] + gx[k];
+        const double ux = vx[k] + cx[k] * im[k] + (pushed ? gx[k] : 0.0);
         const double uz = vz[k] + cz[k] * im[k] + gz[k];
         if (books) { /* impulse x (velocity before and after)/2 */
             const double half_mass = 0.5 / (im[k] > 0.0 ? im[k] : 1.0); /* fixed: nothing changes its velocity */
-            work[k - begin] = half_mass * (gx[k] * (vx[k] + ux) + (gz[k] - weight[k]) * (vz[k] + uz));
+            work[k] = half_mass * (gx[k] * (vx[k] + ux) + (gz[k] - weight[k]) * (vz[k] + uz));
         }
         double xn = x[k] + drift(vx[k], ux, touched, dt);
         const double zn = z[k] + drift(vz[k], uz, touched, dt);
@@ -267,25 +296,33 @@ RY_INLINE ry_extent integrate_body(const ry_motion *m, ry_grains *g, double *res
         xn += in;
         const double out = xn >= right ? length : 0.0;
         xn -= out;
+        over[k] = out - in;
+        wrapped = in + out > wrapped ? in + out : wrapped;
         x[k] = xn;
         z[k] = zn;
-        x0[k] += in - out;
-        image[k] += (out != 0.0) - (in != 0.0);
     }
-    return (ry_extent){furthest > 0.0, highest};
+    extent->furthest = furthest;
+    extent->highest = highest;
+    return wrapped != 0.0;
 }
 
-RY_CLONES static ry_extent integrate_range(const ry_motion *m, ry_grains *g, double *x0, const double *z0,
-                                           const double *limit2, int32_t begin, int32_t end)
-{
-    return integrate_body(m, g, x0, z0, limit2, begin, end, 0, NULL);
-}
+#define INTEGRATE(name, pushed, books)                                                                    \
+    RY_CLONES static int name(const ry_motion *m, ry_grains *g, const double *x0, const double *z0,       \
+                              const double *limit2, int32_t begin, int32_t n, int32_t at, double *over,   \
+                              double *work, ry_extent *extent)                                            \
+    {                                                                                                     \
+        return integrate_body(m, g, x0, z0, limit2, begin, n, at, pushed, books, over, work, extent);     \
+    }
+INTEGRATE(integrate_range, 1, 0)
+INTEGRATE(integrate_falling, 0, 0)
+INTEGRATE(integrate_and_work, 1, 1) /* also the work of the fluid on each grain [J] */
 
-/* Also the work of the fluid on each grain [J]. */
-RY_CLONES static ry_extent integrate_and_work(const ry_motion *m, ry_grains *g, double *x0, const double *z0,
-                                              const double *limit2, int32_t begin, int32_t end, double *work)
+static void wrap(ry_grains *g, double *x0, const double *over, int32_t begin, int32_t n)
 {
-    return integrate_body(m, g, x0, z0, limit2, begin, end, 1, work);
+    for (int32_t k = 0; k < n; k++) {
+        x0[begin + k] -= over[k];
+        g->image[begin + k] += (over[k] > 0.0) - (over[k] < 0.0);
+    }
 }
 
 static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t end)
@@ -296,51 +333,47 @@ static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t
     }
 }
 
-/* Grains are moved and written as records in blocks that stay in the first cache. */
-enum { BLOCK = RY_EXACT_TERMS };
-
-static void integrate_grains(void *context, int32_t begin, int32_t end, int thread)
+void ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const double *z0, const double *limit2,
+                         int32_t begin, int32_t end, int chunk)
 {
-    ry_motion_task *const t = context;
-    const ry_motion *const m = t->motion;
+    const int32_t at = ry_motion_at(m, begin, chunk), n = end - begin;
+    double over[RY_BLOCK], work[RY_BLOCK];
+    ry_extent *const extent = &m->extent[chunk];
     if (m->moves) {
-        shift_range(m, t->grains, begin, end);
+        shift_range(m, g, begin, end);
     }
-    ry_extent all = {0, -INFINITY};
-    t->work[thread] = (ry_exact){0, 0};
-    for (int32_t k = begin; k < end; k += BLOCK) {
-        const int32_t next = end - k < BLOCK ? end : k + BLOCK;
-        double work[BLOCK];
-        const ry_extent here = m->books ? integrate_and_work(m, t->grains, t->x0, t->z0, t->limit2, k, next, work)
-                                        : integrate_range(m, t->grains, t->x0, t->z0, t->limit2, k, next);
-        if (m->books) {
-            ry_exact_add(&t->work[thread], m->scale, work, next - k);
-        }
-        write_bodies(m, t->grains, k, next);
-        all.gone |= here.gone;
-        all.highest = here.highest > all.highest ? here.highest : all.highest;
+    int wraps;
+    if (m->books) {
+        wraps = integrate_and_work(m, g, x0, z0, limit2, begin, n, at, over, work, extent);
+        ry_exact_add(&extent->work, m->scale, work, n);
+    } else if (m->pushed) {
+        wraps = integrate_range(m, g, x0, z0, limit2, begin, n, at, over, work, extent);
+    } else {
+        wraps = integrate_falling(m, g, x0, z0, limit2, begin, n, at, over, work, extent);
     }
-    t->extent[thread] = all;
+    if (wraps) {
+        wrap(g, x0, over, begin, n);
+    }
+    write_bodies(m, g, begin, end);
 }
 
-int ry_motion_integrate(ry_motion *m, ry_grains *g, double *x0, const double *z0, const double *limit2,
-                        ry_ledger *ledger)
+void ry_motion_begin(ry_motion *m)
 {
-    ry_motion_task task;
-    task.motion = m;
-    task.grains = g;
-    task.x0 = x0;
-    task.z0 = z0;
-    task.limit2 = limit2;
-    ry_parallel(m->threads, m->n_awake, integrate_grains, &task);
+    for (int t = 0; t < m->threads; t++) {
+        m->extent[t] = (ry_extent){.furthest = -1.0, .highest = -INFINITY};
+    }
+}
+
+int ry_motion_end(ry_motion *m, ry_ledger *ledger)
+{
     int gone = 0;
     m->highest = m->highest_asleep;
     for (int t = 0; t < m->threads; t++) {
-        gone |= task.extent[t].gone;
+        gone |= m->extent[t].furthest > 0.0;
+        m->highest = m->extent[t].highest > m->highest ? m->extent[t].highest : m->highest;
         if (m->books) {
-            ry_exact_join(&ledger->fluid_work, task.work[t]);
+            ry_exact_join(&ledger->fluid_work, m->extent[t].work);
         }
-        m->highest = task.extent[t].highest > m->highest ? task.extent[t].highest : m->highest;
     }
     return gone;
 }

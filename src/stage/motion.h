@@ -11,6 +11,7 @@
 #ifndef RY_STAGE_MOTION_H
 #define RY_STAGE_MOTION_H
 
+#include "stage/blocks.h"
 #include "store/pairs.h"
 #include "store/state.h"
 
@@ -19,15 +20,23 @@
  * differences, the others as sums. */
 enum { RY_BODY_X, RY_BODY_Z, RY_BODY_R, RY_BODY_TURN, RY_BODY_VX, RY_BODY_VZ, RY_BODY_IM, RY_BODY_TM, RY_BODY };
 
+/* What a thread has found out while it moved grains. */
+typedef struct ry_extent {
+    double furthest; /* the largest square of the way since the list was made, less limit2 [m^2] */
+    double highest;  /* z of the highest grain [m] */
+    ry_exact work;   /* of the fluid */
+} ry_extent;
+
 typedef struct ry_motion {
     int threads, periodic, moves, n_walls;
     double dt, length;
     double *im;        /* n + RY_MAX_WALLS: inverse mass with added mass; 0: immovable [1/kg] */
     double *tm;        /* n + RY_MAX_WALLS: im + r^2/I [1/kg] */
     double *spin_gain; /* r/I: angular velocity per tangential impulse [1/(kg m)] */
-    double *gx, *gz;   /* velocity change of a step by gravity and fluid [m/s] */
+    double *gx, *gz;   /* velocity change of a step by gravity and fluid [m/s]; without `pushed` NULL and `weight` */
     double *weight;    /* the part of gz that is gravity less buoyancy [m/s] */
-    double *cx, *cz, *ct; /* impulses of all contacts of a grain; ct: angular, per radius [N s] */
+    double *cx, *cz, *ct; /* impulses of all contacts of a grain; ct: angular, per radius [N s]. With `kept` of all
+                             grains; else of the block that a thread has in hand (ry_motion_at) */
     double *sx, *sz;   /* shift/im of all contacts; NULL unless the law moves [kg m] */
     double (*body)[RY_BODY]; /* n + RY_MAX_WALLS, as of the end of the last step */
     double highest; /* z of the highest grain [m] */
@@ -35,22 +44,37 @@ typedef struct ry_motion {
     double highest_asleep; /* of the others; else -infinity [m] */
     int marks;         /* the law marks contacts that begin to endure, and cease to */
     int books;         /* the fluid's work is booked */
+    int kept, pushed;  /* see cx, gx */
     ry_scale scale;    /* of the ledger */
+    ry_extent *extent; /* of each thread */
 } ry_motion;
 
-/* `im` and `tm` are filled by whoever knows the scene; then ry_motion_settle makes the bodies. */
-ry_status ry_motion_create(ry_motion *motion, int32_t n, int moves, ry_error *error);
+/* moves, kept, pushed, threads are given. `im`, `tm` and so on are filled by whoever knows the scene; then
+ * ry_motion_settle makes the bodies. */
+ry_status ry_motion_create(ry_motion *motion, int32_t n, ry_error *error);
 void ry_motion_settle(ry_motion *motion, const ry_grains *grains);
 void ry_motion_free(ry_motion *motion);
 
-void ry_motion_gather(const ry_motion *motion, const ry_grains *grains, ry_pairs *pairs);
+/* Where cx, cz, ct of grain `begin` are, with which a block begins that thread `chunk` has in hand. */
+RY_INLINE int32_t ry_motion_at(const ry_motion *motion, int32_t begin, int chunk)
+{
+    return motion->kept ? begin : chunk * RY_BLOCK;
+}
+
+/* Of a block of grains. */
+void ry_motion_gather(const ry_motion *motion, const ry_pairs *pairs, int32_t begin, int32_t end, ry_way way,
+                      int chunk);
 
 /* The impulse of grain k's listed contacts: a slot of ry_pairs. */
 void ry_motion_listed(const ry_pairs *pairs, int32_t k, double *slot);
 
-/* x0, z0: where the neighbour list was made; they wrap with x. Returns whether a grain has gone further than the
- * root of its limit2 since then [m^2]. With `books` the work of the fluid is added to the ledger. */
-int ry_motion_integrate(ry_motion *motion, ry_grains *grains, double *x0, const double *z0,
-                        const double *limit2, ry_ledger *ledger);
+/* Of a block of grains. x0, z0: where the neighbour list was made; they wrap with x. */
+void ry_motion_integrate(const ry_motion *motion, ry_grains *grains, double *x0, const double *z0, const double *limit2,
+                         int32_t begin, int32_t end, int chunk);
+
+/* Before and after the blocks of a step. Returns whether a grain has gone further than the root of its limit2 since the
+ * list was made [m^2]. With `books` the work of the fluid is added to the ledger. */
+void ry_motion_begin(ry_motion *motion);
+int ry_motion_end(ry_motion *motion, ry_ledger *ledger);
 
 #endif

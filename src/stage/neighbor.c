@@ -516,18 +516,6 @@ static void fill_up(ry_pairs *pairs, int32_t from, int32_t end)
     }
 }
 
-/* Cuts the list into a chunk for each thread, ending where a row ends; the pairs with walls come last. */
-static void cut_chunks(ry_pairs *pairs, int threads)
-{
-    const int32_t all = pairs->row[pairs->n_grains];
-    pairs->n_chunks = threads;
-    pairs->chunk[0] = 0;
-    for (int t = 1; t <= threads; t++) {
-        const int32_t end = (int32_t)((int64_t)all * t / threads);
-        pairs->chunk[t] = end > 0 ? pairs->row[pairs->i[end - 1] + 1] : 0;
-    }
-}
-
 ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, ry_error *error)
 {
     const int had_list = b->rebuilds > 0;
@@ -550,9 +538,8 @@ ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pair
     fill_walls(b, g, pairs, had_list);
     fill_up(pairs, pairs->row[g->n], pairs->n_inner);
     fill_up(pairs, pairs->n, ry_pairs_fill(pairs->n));
-    cut_chunks(pairs, b->threads);
     memcpy(b->x0, g->x, (size_t)g->n * sizeof(double));
     memcpy(b->z0, g->z, (size_t)g->n * sizeof(double));
     b->rebuilds++;
-    return RY_OK;
+    return b->blocks != NULL ? ry_blocks_lay(b->blocks, pairs, error) : RY_OK;
 }

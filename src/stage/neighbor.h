@@ -6,6 +6,7 @@
 #ifndef RY_STAGE_NEIGHBOR_H
 #define RY_STAGE_NEIGHBOR_H
 
+#include "stage/blocks.h"
 #include "store/pairs.h"
 #include "store/state.h"
 
@@ -22,6 +23,7 @@ typedef struct ry_neighbor {
     double radius_max; /* [m] */
     int threads;
     int64_t rebuilds;
+    ry_blocks *blocks; /* laid for each new list; NULL: nobody goes through it */
     const uint8_t *still; /* 1: two of them make no pair: grains that are fixed, or asleep */
     int has_sleepers;     /* grains that are still but not near any other are common: look for nobody near them */
     const int32_t *was;   /* where each grain lay in memory when the list was made; NULL: where it lies now */

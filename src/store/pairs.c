@@ -22,6 +22,8 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, unsign
     RY_TRY(make(&pairs->row, n + 1, sizeof *pairs->row, error));
     RY_TRY(make(&pairs->chunk, RY_MOST_THREADS + 1, sizeof *pairs->chunk, error));
     RY_TRY(make(&pairs->n_young, RY_MOST_THREADS + 1, sizeof *pairs->n_young, error));
+    RY_TRY(make(&pairs->young_next, RY_MOST_THREADS + 1, sizeof *pairs->young_next, error));
+    RY_TRY(make(&pairs->shelf, RY_MOST_THREADS + 1, sizeof *pairs->shelf, error));
     RY_TRY(make(&pairs->below_start, n + 1, sizeof *pairs->below_start, error));
     for (int w = 0; w < n_walls; w++) {
         RY_TRY(make(&pairs->wall_slot[w], n, sizeof **pairs->wall_slot, error));
@@ -60,7 +62,6 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
         RY_TRY(make(&pairs->rest, room, sizeof *pairs->rest, error));
     }
     RY_TRY(make(&pairs->age, room, sizeof *pairs->age, error));
-    RY_TRY(make(&pairs->slot, room, sizeof *pairs->slot, error));
     if (pairs->wet != NULL) {
         RY_TRY(make(&pairs->wet, room, sizeof *pairs->wet, error));
     }
@@ -85,11 +86,70 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
     return RY_OK;
 }
 
+ry_status ry_pairs_reserve_slots(ry_pairs *pairs, size_t n, ry_error *error)
+{
+    if (n <= pairs->n_slots) {
+        return RY_OK;
+    }
+    const size_t room = n + n / 32 + 256;
+    pairs->n_slots = 0;
+    RY_TRY(make(&pairs->slot, room, sizeof *pairs->slot, error));
+    pairs->n_slots = room;
+    return RY_OK;
+}
+
+const double *ry_pairs_slot(const ry_pairs *pairs, int32_t pair)
+{
+    int chunk = pair < pairs->n_inner ? 0 : pairs->n_chunks, past = pairs->n_chunks;
+    while (chunk + 1 < past) { /* chunk[chunk] <= pair < chunk[past] */
+        const int middle = (chunk + past) / 2;
+        if (pair < pairs->chunk[middle]) {
+            past = middle;
+        } else {
+            chunk = middle;
+        }
+    }
+    return pairs->slot[ry_shelf_slot(&pairs->shelf[chunk], pair)];
+}
+
+/* The first of the entries begin .. end-1 of `young`, which ascend, that is `pair` or later; likely it is `guess`. */
+static int32_t find_young(const int32_t *young, int32_t begin, int32_t end, int32_t guess, int32_t pair)
+{
+    const int follows = guess >= begin && guess <= end && (guess == begin || young[guess - 1] < pair);
+    if (follows && (guess == end || young[guess] >= pair)) {
+        return guess;
+    }
+    while (begin < end) {
+        const int32_t middle = begin + (end - begin) / 2;
+        if (young[middle] < pair) {
+            begin = middle + 1;
+        } else {
+            end = middle;
+        }
+    }
+    return begin;
+}
+
+ry_entries ry_pairs_young(const ry_pairs *pairs, int32_t first, int32_t end, int chunk)
+{
+    const int32_t from = chunk < pairs->n_chunks ? pairs->chunk[chunk] : pairs->n_inner;
+    const int32_t to = from + pairs->n_young[chunk];
+    ry_entries found;
+    found.begin = find_young(pairs->young, from, to, pairs->young_next[chunk], first);
+    found.end = found.begin;
+    while (found.end < to && pairs->young[found.end] < end) {
+        found.end++;
+    }
+    pairs->young_next[chunk] = found.end;
+    return found;
+}
+
 void ry_pairs_free(ry_pairs *pairs)
 {
     void *const arrays[] = {pairs->place, pairs->i,     pairs->j,        pairs->slip,
                             pairs->rest,  pairs->age,   pairs->slot,  pairs->sx,       pairs->sz,
                             pairs->row,   pairs->below, pairs->chunk, pairs->young, pairs->n_young, pairs->young_age,
+                            pairs->young_next, pairs->shelf,
                             pairs->below_start, pairs->wet, pairs->young_jn, pairs->young_en};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);

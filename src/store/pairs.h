@@ -23,6 +23,23 @@ enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_MARK, RY_SLOT };
  * 1 if it begins to, -1 if its contact has opened. A grain's sum tells how many hold it, and held it before. */
 enum { RY_MARK_HOLDS = 64 };
 
+/* Where the slots of a chunk's pairs lie, which it fills one after the other. Those of its first `head` pairs and of
+ * those from `tail` on are kept until the step is over; the others take turns in a ring of mask + 1 slots, pair & mask,
+ * because their grains are through before the next need the place (stage/blocks.h). head and tail count from the
+ * chunk's first pair. */
+typedef struct ry_shelf {
+    int32_t first; /* the chunk's first pair */
+    int32_t base;  /* and its slot */
+    int32_t head, tail, mask;
+} ry_shelf;
+
+RY_INLINE int32_t ry_shelf_slot(const ry_shelf *s, int32_t pair)
+{
+    const int32_t q = pair - s->first, ring = s->head + (pair & s->mask);
+    const int32_t behind = q - (s->tail - s->head - s->mask - 1);
+    return s->base + (q < s->head ? q : (q < s->tail ? ring : behind));
+}
+
 typedef struct ry_pairs {
     int32_t n_grains; /* grains the list was made for */
     int32_t *place;   /* n_grains: storage index of an id */
@@ -50,6 +67,7 @@ typedef struct ry_pairs {
                              as young_…, unless the law does those apart */
     uint8_t *young_age;   /* what their ages become when all of them are done */
     int32_t *n_young;     /* n_chunks + 1: how many; the last for the walls */
+    int32_t *young_next;  /* n_chunks + 1: the next of them that a pass will ask for, as a rule */
     double *young_jn, *young_en; /* of a young one in an impact: impulse [N s], energy of its spring before the
                                     step [J], -1: not in such an impact; NULL without ledger, too */
     /* What the ledger still has to book of the last step, when the velocities after it are known; NULL without
@@ -66,6 +84,8 @@ typedef struct ry_pairs {
 #undef RY_TOUCH_POINTER
     int32_t n_chunks;     /* row-aligned ranges of pairs, one a thread */
     int32_t *chunk;       /* n_chunks + 1 */
+    ry_shelf *shelf;      /* n_chunks + 1: their slots; the last those of the walls */
+    size_t n_slots;       /* room */
 } ry_pairs;
 
 /* Lanes of the widest vectors. The pairs of grains, and those with walls, are filled up to a multiple of it with
@@ -85,6 +105,19 @@ void ry_pairs_free(ry_pairs *pairs);
 
 /* Room for n pairs; what is there is lost. */
 ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error);
+
+/* Room for n slots. */
+ry_status ry_pairs_reserve_slots(ry_pairs *pairs, size_t n, ry_error *error);
+
+/* The slot of a pair. */
+const double *ry_pairs_slot(const ry_pairs *pairs, int32_t pair);
+
+typedef struct ry_entries {
+    int32_t begin, end;
+} ry_entries;
+
+/* The entries of `young` that are among the pairs first .. end-1, all of this chunk. */
+ry_entries ry_pairs_young(const ry_pairs *pairs, int32_t first, int32_t end, int chunk);
 
 /* Gives the contacts of the state back to a fresh list. */
 void ry_pairs_import(ry_pairs *pairs, const ry_state *state);
