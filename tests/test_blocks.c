@@ -1,0 +1,102 @@
+/* SPDX-License-Identifier: MIT
+ * SPDX-FileCopyrightText: 2026 the ryusa authors
+ *
+ * Beds so long that a step goes through them block by block: the same bits as where each pass waits for the one
+ * before, for any number of threads and any order in memory.
+ * ctest: timeout 200 */
+#include "scene_bench.h"
+#include "sim/sim.h"
+
+/* 4 200 grains that fall, settle and flow. */
+#define BED "grains.columns=300 grains.layers=14 time.settle=0.004 fluid.shields=0.8"
+enum { STEPS = 500 };
+
+static const char *const laws[] = {
+    BED " output.fields=[flux] contact.law=cundall contact.alpha_cn=0.1",
+    BED " output.fields=[flux]",
+    BED,
+    BED " contact.law=tanaka contact.wet=true",
+    BED " output.fields=[energy] contact.law=fujioka-2",
+};
+enum { LAWS = sizeof laws / sizeof *laws };
+
+/* What became of the bed in STEPS steps; the ledger is in the checksum. */
+static uint64_t run(const char *law, int threads, const char *more, double *inner, int *rings)
+{
+    scene *const s = open_file("flume.yaml", threads, "%s %s", law, more);
+    step_scene(s, STEPS);
+    const ry_blocks *const b = &s->sim->plan.blocks;
+    const ry_pairs *const pairs = &s->sim->plan.pairs;
+    int due = 0;
+    *rings = 0;
+    for (int32_t k = 0; k < b->n; k++) {
+        due += b->due[b->n_passes][k] != RY_LATE;
+    }
+    for (int t = 0; t < threads; t++) {
+        *rings += pairs->shelf[t].mask > 0;
+    }
+    *inner = (double)due / b->n;
+    ry_sim_hash(s->sim); /* collects the contacts, closes the books */
+    const uint64_t sum = ry_state_checksum(&s->sim->state);
+    close_scene(s);
+    return sum;
+}
+
+/* Most blocks are through before the list is, in rings of slots; with grains in any order none is. */
+static void test_same_bits(void **state)
+{
+    (void)state;
+    const int threads[] = {1, 2, 3};
+    for (int l = 0; l < LAWS; l++) {
+        double inner;
+        int rings;
+        const uint64_t apart = run(laws[l], 1, "numerics.order=shuffled", &inner, &rings);
+        assert_true(inner == 0.0);
+        assert_int_equal(rings, 0);
+        for (int t = 0; t < 3; t++) {
+            const uint64_t sum = run(laws[l], threads[t], "", &inner, &rings);
+            if (sum != apart) {
+                fail_msg("%s: %d threads: 0x%016llx, not 0x%016llx", laws[l], threads[t], (unsigned long long)sum,
+                         (unsigned long long)apart);
+            }
+            assert_true(inner > (threads[t] == 1 ? 0.7 : 0.3));
+            assert_true(rings > 0);
+        }
+    }
+}
+
+/* With more threads than blocks, and blocks of many chunks that are late throughout. */
+static void test_many_threads(void **state)
+{
+    (void)state;
+    double inner;
+    int rings;
+    const char *const small = "grains.columns=30 grains.layers=5 time.settle=0.004 fluid.shields=0.8";
+    const uint64_t one = run(small, 1, "", &inner, &rings);
+    assert_true(run(small, 2, "", &inner, &rings) == one);
+    assert_true(run(small, 16, "", &inner, &rings) == one);
+}
+
+/* Walls and sleepers wait for all. */
+static void test_apart(void **state)
+{
+    (void)state;
+    double inner;
+    int rings;
+    const char *const cases[] = {"domain.periodic=false domain.walls=true", "contact.sleep=1"};
+    for (int k = 0; k < 2; k++) {
+        const uint64_t one = run(laws[1], 1, cases[k], &inner, &rings);
+        assert_true(inner == 0.0);
+        assert_true(run(laws[1], 3, cases[k], &inner, &rings) == one);
+    }
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_same_bits),
+        cmocka_unit_test(test_many_threads),
+        cmocka_unit_test(test_apart),
+    };
+    return cmocka_run_group_tests(tests, NULL, NULL);
+}
