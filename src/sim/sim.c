@@ -60,7 +60,7 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
         keys[k] = (ry_key){asleep != NULL && asleep[k],
                            by_id ? k : bed ? floor(g->x[k] / d)
                                : ry_random((uint32_t)config->grains_seed, RY_RANDOM_ORDER, (uint64_t)g->id[k]),
-                           by_id ? 0.0 : g->z[k], k};
+                           0.0, k};
     }
     qsort(keys, (size_t)g->n, sizeof *keys, compare_keys);
     for (int32_t k = 0; k < g->n; k++) {

@@ -11,8 +11,8 @@
 enum { PUSHED = 128 };
 /* Partners further away than so many grains are far. */
 enum { FAR = 1024 };
-/* A chunk has so many blocks, if they need not be smaller than this: fewer, and many of them are late. */
-enum { WANTED = 64, SMALLEST = 64 };
+/* In chunks of fewer blocks so many are late that a ring gains nothing. */
+enum { FEW = 64 };
 
 /* A level: a pass and those that follow it at once, block by block. */
 static int level_end(const ry_blocks *b, int pass)
@@ -25,11 +25,7 @@ static int level_end(const ry_blocks *b, int pass)
 
 ry_status ry_blocks_create(ry_blocks *b, int32_t n_grains, ry_error *error)
 {
-    b->size = RY_BLOCK;
-    while (b->size > SMALLEST && n_grains < b->size * b->threads * WANTED) {
-        b->size /= 2;
-    }
-    b->n = (n_grains + b->size - 1) / b->size;
+    b->n = (n_grains + RY_BLOCK - 1) / RY_BLOCK;
     const size_t n = (size_t)b->n;
     b->low = ry_array(n, sizeof *b->low);
     b->high = ry_array(n, sizeof *b->high);
@@ -66,14 +62,14 @@ static int32_t larger(int32_t a, int32_t b)
 }
 
 /* The first grain of a block; of the one after the last: the number of grains. */
-static int32_t first_grain(const ry_blocks *b, const ry_pairs *pairs, int32_t block)
+static int32_t first_grain(const ry_pairs *pairs, int32_t block)
 {
-    return smaller(block * b->size, pairs->n_grains);
+    return smaller(block * RY_BLOCK, pairs->n_grains);
 }
 
-static int32_t first_pair(const ry_blocks *b, const ry_pairs *pairs, int32_t block)
+static int32_t first_pair(const ry_pairs *pairs, int32_t block)
 {
-    return pairs->row[first_grain(b, pairs, block)];
+    return pairs->row[first_grain(pairs, block)];
 }
 
 /* ---- chunks ----------------------------------------------------------------------------------- */
@@ -85,9 +81,9 @@ static void cut_chunks(ry_blocks *b, ry_pairs *pairs)
     pairs->n_chunks = b->threads;
     for (int t = 0; t <= b->threads; t++) {
         const int32_t pair = (int32_t)((int64_t)all * t / b->threads);
-        const int32_t nearest = pair < all ? (pairs->i[pair] + b->size / 2) / b->size : b->n;
+        const int32_t nearest = pair < all ? (pairs->i[pair] + RY_BLOCK / 2) / RY_BLOCK : b->n;
         b->edge[t] = t == 0 ? 0 : (t == b->threads ? b->n : smaller(nearest, b->n));
-        pairs->chunk[t] = first_pair(b, pairs, b->edge[t]);
+        pairs->chunk[t] = first_pair(pairs, b->edge[t]);
     }
 }
 
@@ -105,7 +101,7 @@ static void find_reach(void *context, int32_t begin, int32_t end, int thread)
     const ry_pairs *const pairs = task->pairs;
     (void)thread;
     for (int32_t k = begin; k < end; k++) {
-        const int32_t grain = first_grain(b, pairs, k), next = first_grain(b, pairs, k + 1);
+        const int32_t grain = first_grain(pairs, k), next = first_grain(pairs, k + 1);
         int32_t low = grain, high = grain;
         for (int32_t p = pairs->row[grain]; p < pairs->row[next]; p++) {
             low = smaller(low, pairs->j[p]);
@@ -116,17 +112,17 @@ static void find_reach(void *context, int32_t begin, int32_t end, int thread)
             low = smaller(low, owner);
             high = larger(high, owner);
         }
-        b->low[k] = low / b->size;
-        b->high[k] = high / b->size;
+        b->low[k] = low / RY_BLOCK;
+        b->high[k] = high / RY_BLOCK;
     }
 }
 
 /* Grains whose pairs must be done before all contacts of a block are known. */
 static int32_t known_at(const ry_blocks *b, const ry_pairs *pairs, int chunk, int32_t k)
 {
-    const int is_far = (k - b->low[k]) * b->size > FAR || (b->high[k] - k) * b->size > FAR;
+    const int is_far = (k - b->low[k]) * RY_BLOCK > FAR || (b->high[k] - k) * RY_BLOCK > FAR;
     const int elsewhere = b->low[k] < b->edge[chunk] || b->high[k] >= b->edge[chunk + 1];
-    return b->apart || is_far || elsewhere ? RY_LATE : first_grain(b, pairs, b->high[k] + 1);
+    return b->apart || is_far || elsewhere ? RY_LATE : first_grain(pairs, b->high[k] + 1);
 }
 
 /* The latest of a block and those of its partners. */
@@ -163,15 +159,15 @@ typedef struct ry_stretch {
 } ry_stretch;
 
 /* The partners' blocks of late block k that are inside of `inner`, from the first to behind the last. */
-static ry_stretch partners_within(const ry_blocks *b, const ry_pairs *pairs, int32_t k, ry_stretch inner)
+static ry_stretch partners_within(const ry_pairs *pairs, int32_t k, ry_stretch inner)
 {
     ry_stretch found = {inner.end, inner.begin};
-    const int32_t grain = first_grain(b, pairs, k), next = first_grain(b, pairs, k + 1);
+    const int32_t grain = first_grain(pairs, k), next = first_grain(pairs, k + 1);
     const int32_t below = pairs->below_start[grain], n_below = pairs->below_start[next] - below;
     const int32_t row = pairs->row[grain], n = n_below + pairs->row[next] - row;
     for (int32_t q = 0; q < n; q++) {
         const int32_t partner = q < n_below ? pairs->i[pairs->below[below + q]] : pairs->j[row + q - n_below];
-        const int32_t block = partner / b->size;
+        const int32_t block = partner / RY_BLOCK;
         if (block >= inner.begin && block < inner.end) {
             found.begin = smaller(found.begin, block);
             found.end = larger(found.end, block + 1);
@@ -206,23 +202,23 @@ static ry_shelf lay_shelf(const ry_blocks *b, const ry_pairs *pairs, int chunk)
     const ry_shelf all = {.first = first, .head = n, .tail = n, .mask = -1};
     const ry_stretch inner = find_inner(b, chunk);
     int32_t head = inner.begin, tail = inner.end, window = 0, ring = PUSHED;
-    if (inner.begin == inner.end) {
+    if (inner.end - inner.begin < FEW) {
         return all;
     }
     for (int32_t k = b->edge[chunk]; k < inner.begin; k++) {
-        head = larger(head, partners_within(b, pairs, k, inner).end);
+        head = larger(head, partners_within(pairs, k, inner).end);
     }
     for (int32_t k = inner.end; k < b->edge[chunk + 1]; k++) {
-        tail = smaller(tail, partners_within(b, pairs, k, inner).begin);
+        tail = smaller(tail, partners_within(pairs, k, inner).begin);
     }
     for (int32_t k = inner.begin; k < inner.end; k++) {
-        window = larger(window, pairs->row[b->due[b->n_passes][k]] + PUSHED - first_pair(b, pairs, b->low[k]));
+        window = larger(window, pairs->row[b->due[b->n_passes][k]] + PUSHED - first_pair(pairs, b->low[k]));
     }
     while (ring < window) {
         ring *= 2;
     }
-    const int32_t kept = (first_pair(b, pairs, head) + PUSHED - 1) / PUSHED * PUSHED - first;
-    const int32_t again = first_pair(b, pairs, tail) / PUSHED * PUSHED - first;
+    const int32_t kept = (first_pair(pairs, head) + PUSHED - 1) / PUSHED * PUSHED - first;
+    const int32_t again = first_pair(pairs, tail) / PUSHED * PUSHED - first;
     if (kept + ring >= again) {
         return all;
     }
@@ -237,8 +233,8 @@ static int32_t shelf_length(const ry_shelf *s, int32_t n)
 /* All pairs of a block's grains in the ring, or all kept: one rule for them. Late ones may have others. */
 static ry_way find_way(const ry_blocks *b, const ry_pairs *pairs, const ry_shelf *s, int32_t k)
 {
-    const int32_t low = first_pair(b, pairs, b->low[k]) - s->first;
-    const int32_t high = first_pair(b, pairs, b->high[k] + 1) - s->first;
+    const int32_t low = first_pair(pairs, b->low[k]) - s->first;
+    const int32_t high = first_pair(pairs, b->high[k] + 1) - s->first;
     if (s->mask < 0 || high <= s->head) {
         return (ry_way){.base = s->base - s->first, .mask = -1};
     }
@@ -308,7 +304,7 @@ static void lap(const ry_turn *s, int chunk, double *seconds, double *before)
 static void do_level(const ry_turn *s, int q, int32_t block, int chunk, double *before)
 {
     const ry_blocks *const b = s->blocks;
-    const int32_t begin = first_grain(b, s->pairs, block), end = first_grain(b, s->pairs, block + 1);
+    const int32_t begin = first_grain(s->pairs, block), end = first_grain(s->pairs, block + 1);
     const int last = level_end(b, q);
     for (; q < last; q++) {
         b->pass[q].run(s->context, begin, end, b->way[block], chunk);
@@ -347,7 +343,7 @@ static void do_chunk(const ry_turn *s, int chunk)
             do_due(s, s->pairs->i[end], next, chunk, &before);
         }
     }
-    do_due(s, first_grain(b, s->pairs, b->edge[chunk + 1]), next, chunk, &before);
+    do_due(s, first_grain(s->pairs, b->edge[chunk + 1]), next, chunk, &before);
 }
 
 static void do_late(const ry_turn *s, int q, int chunk)

@@ -4,7 +4,7 @@
  * The order of work within a step: one stretch of the bed after the other, so that what a grain's contacts give it
  * is still in the cache when the grain is moved.
  *
- * Grains are stored along the bed, and a block is some 64 to 256 of them. A chunk is a run of blocks with the pairs
+ * Grains are stored along the bed, and a block is 256 of them. A chunk is a run of blocks with the pairs
  * that its grains own, and each thread has one. It goes through its pairs in order; when those of all partners of a
  * block's grains are done, the block is due for the next pass: its young contacts, if the law treats those apart, then
  * gather, integrate. So each pass follows the one before at a distance of some blocks, which stay in the cache; what
@@ -18,7 +18,7 @@
 
 #include "store/pairs.h"
 
-/* The largest block. */
+/* Grains of a block. */
 enum { RY_BLOCK = 256, RY_MOST_PASSES = 5 };
 
 /* Where the slots of a block's pairs are: slot base + (pair & mask); mask 0: ask ry_pairs_slot. */
@@ -43,7 +43,7 @@ typedef struct ry_blocks {
     int n_passes;
     ry_pass pass[RY_MOST_PASSES];
 
-    int32_t size, n;     /* grains of a block; blocks */
+    int32_t n;           /* blocks */
     int32_t *low, *high; /* n: blocks of the furthest partners */
     int32_t *due[RY_MOST_PASSES + 1]; /* n: grains whose pairs must be done before; RY_LATE. Of each pass that does
                                          not follow at once; first of all: when all contacts are known */

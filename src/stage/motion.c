@@ -187,11 +187,10 @@ RY_INLINE void gather_body(const ry_motion *m, const ry_pairs *pairs, ry_way way
 {
     const int32_t at = ry_motion_at(m, begin, chunk);
     double *restrict const cx = m->cx + at, *restrict const cz = m->cz + at, *restrict const ct = m->ct + at;
-    const ry_pairs list = *pairs; /* a copy, which nothing that is written here changes */
-    const ry_shop shop = shop_for(&list, way, chunk);
+    const ry_shop shop = shop_for(pairs, way, chunk);
     const int walls = count_walls(pairs);
     for (int32_t k = 0; k < n; k++) {
-        const ry_four sum = sum_slots(&list, &shop, how, walls, begin + k);
+        const ry_four sum = sum_slots(pairs, &shop, how, walls, begin + k);
         cx[k] = sum[RY_SLOT_X];
         cz[k] = sum[RY_SLOT_Z];
         ct[k] = sum[RY_SLOT_TURN];
