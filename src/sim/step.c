@@ -107,10 +107,11 @@ static void run_integrate(void *context, int32_t begin, int32_t end, ry_way way,
     }
 }
 
-static void add_pass(ry_plan *plan, ry_pass_fn *run, int around, int pass)
+static void add_pass(ry_plan *plan, ry_pass_fn *run, int around, int any_length, int pass)
 {
     ry_blocks *const b = &plan->blocks;
-    b->pass[b->n_passes++] = (ry_pass){.run = run, .around = around, .seconds = &plan->spent[pass]};
+    b->pass[b->n_passes++] =
+        (ry_pass){.run = run, .around = around, .any_length = any_length, .seconds = &plan->spent[pass]};
 }
 
 ry_status ry_plan_lay_passes(ry_plan *plan, const ry_config *config, int32_t n_grains, ry_error *error)
@@ -120,16 +121,16 @@ ry_status ry_plan_lay_passes(ry_plan *plan, const ry_config *config, int32_t n_g
     *b = (ry_blocks){.threads = plan->threads, .apart = plan->has_sleep || plan->neighbor.n_walls > 0,
                      .push = run_contact, .push_seconds = &plan->spent[RY_PASS_CONTACT]};
     if (young) {
-        add_pass(plan, run_young, 1, RY_PASS_CONTACT);
+        add_pass(plan, run_young, 1, 1, RY_PASS_CONTACT);
     }
-    add_pass(plan, run_gather, young, RY_PASS_GATHER);
+    add_pass(plan, run_gather, young, 0, RY_PASS_GATHER);
     if (plan->has_profile) {
-        add_pass(plan, run_tally, 0, RY_PASS_TALLY);
+        add_pass(plan, run_tally, 0, 0, RY_PASS_TALLY);
     }
     if (impacts) {
-        add_pass(plan, run_ledger, 1, RY_PASS_LEDGER);
+        add_pass(plan, run_ledger, 1, 1, RY_PASS_LEDGER);
     }
-    add_pass(plan, run_integrate, impacts, RY_PASS_INTEGRATE);
+    add_pass(plan, run_integrate, impacts, 0, RY_PASS_INTEGRATE);
     return ry_blocks_create(b, n_grains, error);
 }
 

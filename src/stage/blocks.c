@@ -300,11 +300,11 @@ static void lap(const ry_turn *s, int chunk, double *seconds, double *before)
     }
 }
 
-/* The passes of the level that begins with pass q. */
-static void do_level(const ry_turn *s, int q, int32_t block, int chunk, double *before)
+/* The passes of the level that begins with pass q, over a block; or several, if it likes. */
+static void do_level(const ry_turn *s, int q, int32_t block, int32_t next, int chunk, double *before)
 {
     const ry_blocks *const b = s->blocks;
-    const int32_t begin = first_grain(s->pairs, block), end = first_grain(s->pairs, block + 1);
+    const int32_t begin = first_grain(s->pairs, block), end = first_grain(s->pairs, next);
     const int last = level_end(b, q);
     for (; q < last; q++) {
         b->pass[q].run(s->context, begin, end, b->way[block], chunk);
@@ -320,7 +320,7 @@ static void do_due(const ry_turn *s, int32_t done, int32_t *next, int chunk, dou
         const int32_t *const due = b->due[level_end(b, q)];
         for (; next[q] < b->edge[chunk + 1] && (due[next[q]] <= done || due[next[q]] == RY_LATE); next[q]++) {
             if (due[next[q]] != RY_LATE) {
-                do_level(s, q, next[q], chunk, before);
+                do_level(s, q, next[q], next[q] + 1, chunk, before);
             }
         }
     }
@@ -351,9 +351,13 @@ static void do_late(const ry_turn *s, int q, int chunk)
     const ry_blocks *const b = s->blocks;
     const int32_t *const due = b->due[level_end(b, q)];
     double before = s->timed ? ry_clock() : 0.0;
-    for (int32_t k = b->edge[chunk]; k < b->edge[chunk + 1]; k++) {
+    for (int32_t k = b->edge[chunk], next; k < b->edge[chunk + 1]; k = next) {
+        next = k + 1;
+        while (b->pass[q].any_length && due[k] == RY_LATE && next < b->edge[chunk + 1] && due[next] == RY_LATE) {
+            next++;
+        }
         if (due[k] == RY_LATE) {
-            do_level(s, q, k, chunk, &before);
+            do_level(s, q, k, next, chunk, &before);
         }
     }
 }

@@ -32,6 +32,7 @@ typedef void ry_pass_fn(void *context, int32_t begin, int32_t end, ry_way way, i
 typedef struct ry_pass {
     ry_pass_fn *run;
     int around; /* needs the pass before to be done with the partners of its grains, too; else it follows at once */
+    int any_length; /* takes several blocks at once */
     double *seconds; /* to which its time is added, when steps are timed */
 } ry_pass;
 
