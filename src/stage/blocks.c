@@ -12,7 +12,7 @@ enum { PUSHED = 128 };
 /* Partners further away than so many grains are far. */
 enum { FAR = 1024 };
 /* In chunks of fewer blocks so many are late that a ring gains nothing. */
-enum { FEW = 64 };
+enum { FEW = 48 };
 
 /* A level: a pass and those that follow it at once, block by block. */
 static int level_end(const ry_blocks *b, int pass)
