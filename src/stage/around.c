@@ -28,7 +28,7 @@ ry_status ry_neighbor_around(ry_neighbor *b, const ry_grains *g, int32_t k, doub
 {
     struct ry_found *const found = &b->found[0];
     const double reach = 2.0 * b->radius_max + gap + 2.0 * b->skin_most; /* grains have moved since the rebuild */
-    const int32_t column = b->cell_of[k] / b->rows, row = b->cell_of[k] % b->rows;
+    const int32_t cell_of = ry_neighbor_cell(b, g, k), column = cell_of / b->rows, row = cell_of % b->rows;
     const int32_t wide = (int32_t)ceil(fmin(reach / b->cell_x, b->columns));
     const int32_t high = (int32_t)ceil(fmin(reach / b->cell_z, b->rows));
     const int all = 2 * wide + 1 >= b->columns;
@@ -42,12 +42,12 @@ ry_status ry_neighbor_around(ry_neighbor *b, const ry_grains *g, int32_t k, doub
         for (int32_t r = row - high < 0 ? 0 : row - high; r <= row + high && r < b->rows; r++) {
             const int32_t cell = wrapped * b->rows + r;
             const size_t more = (size_t)(b->cell_start[cell + 1] - b->cell_start[cell]);
-            RY_TRY(ry_array_grow(&found->j, &found->room, n, n + more, sizeof *found->j, error));
-            n = near_in_cell(b, g, k, cell, gap, found->j, n);
+            RY_TRY(ry_array_grow(&found->near, &found->room, n, n + more, sizeof *found->near, error));
+            n = near_in_cell(b, g, k, cell, gap, found->near, n);
         }
     }
-    ry_sort_by_id(found->j, n, g->id);
-    *near = found->j;
+    ry_sort_by_id(found->near, n, g->id);
+    *near = found->near;
     *n_near = (int32_t)n;
     return RY_OK;
 }

@@ -13,6 +13,13 @@
 /* A flat wall: z = 0, x = 0, x = length. The order gives the walls their ids. */
 typedef enum ry_wall { RY_WALL_FLOOR, RY_WALL_LEFT, RY_WALL_RIGHT } ry_wall;
 
+/* Positions as whole numbers, the distance of which is that of the nearest images where x is periodic. */
+typedef struct ry_raster {
+    double per_x, per_z, zero_x, most_x; /* units per metre, where x = 0 is, and the last one */
+    double margin; /* [m] */
+    float x, z;    /* a unit [m] */
+} ry_raster;
+
 typedef struct ry_neighbor {
     double length;   /* of the domain [m] */
     int periodic;
@@ -28,18 +35,24 @@ typedef struct ry_neighbor {
     int has_sleepers;     /* grains that are still but not near any other are common: look for nobody near them */
     const int32_t *was;   /* where each grain lay in memory when the list was made; NULL: where it lies now */
     double *x0, *z0; /* where the grains were at the last rebuild; x0 wraps with x [m] */
-    double *skin, *limit2; /* how far each may go from there, and its square [m, m^2] */
+    double *limit2;  /* square of how far each may go from there [m^2] */
 
     /* scratch of a rebuild */
     double cell_x, cell_z, left, bottom; /* sizes and corner of the grid [m] */
+    double per_cell_x, per_cell_z;       /* [1/m] */
     int32_t columns, rows;
     size_t n_cells_room;
-    int32_t *cell_start, *cell_of, *member; /* grains by cell */
-    double *member_x, *member_z, *member_r;
+    int32_t *cell_start, *member; /* grains by cell */
+    ry_raster raster;
+    uint32_t *member_x, *member_z; /* where they are, in units of the raster */
+    float *member_reach;
     uint8_t *busy; /* cells: a grain that is not still is there or next to it; NULL without sleepers */
     size_t n_busy_room;
-    int32_t *above; /* pairs that a grain owns */
-    struct ry_found { int32_t *j; size_t room, n; } *found; /* one per thread */
+    struct ry_found {
+        int32_t *near; /* of one grain */
+        size_t room;
+        struct ry_part { int32_t *j; size_t room, n; int full; } above, below; /* partners of its grains */
+    } *found; /* one per thread */
     struct ry_old {  /* the memory of the list before */
         int32_t *row, *j;
         double *slip, *rest, *wet;
@@ -69,6 +82,9 @@ RY_INLINE void ry_sort_by_id(int32_t *j, size_t n, const int32_t *id)
  * any. The grid is that of the last rebuild. The *n grains are in *near until the next call. */
 ry_status ry_neighbor_around(ry_neighbor *neighbor, const ry_grains *grains, int32_t k, double gap,
                              const int32_t **near, int32_t *n, ry_error *error);
+
+/* The cell in which grain k lies now, in the grid of the last rebuild. */
+int32_t ry_neighbor_cell(const ry_neighbor *neighbor, const ry_grains *grains, int32_t k);
 
 /* Makes the list anew; the memory of contacts goes along. */
 ry_status ry_neighbor_rebuild(ry_neighbor *neighbor, const ry_grains *grains, ry_pairs *pairs,
