@@ -105,7 +105,7 @@ static void fill_contacts(ry_state *state)
         state->contacts.id_j[k] = (int32_t)(k / 3 + 1 + k % 3);
         state->contacts.slip[k] = 1e-9 * (double)(k + state->step);
         state->contacts.rest[k] = 1e-12 * (double)k;
-        state->contacts.age[k] = (double)(k % 256);
+        state->contacts.age[k] = (ry_steps)(k % 256);
     }
 }
 

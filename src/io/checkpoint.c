@@ -24,7 +24,7 @@ enum {
 };
 #undef ONE
 _Static_assert(sizeof(ry_grains) == (1 + GRAIN_FIELDS) * sizeof(void *), "a field without a list");
-_Static_assert(sizeof(ry_contacts) == (4 + CONTACT_FIELDS) * sizeof(void *),
+_Static_assert(sizeof(ry_contacts) == (5 + CONTACT_FIELDS) * sizeof(void *),
                "a field without a list");
 _Static_assert(sizeof(ry_column) == (3 + COLUMN_FIELDS) * sizeof(void *), "a field without a list");
 _Static_assert(sizeof(ry_ledger) == (2 + 2 * LEDGER_FIELDS) * sizeof(int64_t), "a field without a list");
@@ -57,6 +57,11 @@ static hid_t type_int32_t(void)
     return H5T_NATIVE_INT32;
 }
 static hid_t type_uint8_t(void)
+{
+    return H5T_NATIVE_UINT8;
+}
+
+static hid_t type_ry_steps(void)
 {
     return H5T_NATIVE_UINT8;
 }
@@ -104,7 +109,7 @@ static int write_array(const ry_h5 *file, const char *path, hid_t type, int64_t 
                : -1;
 }
 
-/* One array of the grains in id order. */
+/* One array of the grains in id order; zeros in place of one that the scene lacks. */
 static int write_by_id(const ry_h5 *file, const char *path, hid_t type, const ry_grains *grains,
                        const char *unit, const void *data, size_t item)
 {
@@ -112,7 +117,7 @@ static int write_by_id(const ry_h5 *file, const char *path, hid_t type, const ry
     if (sorted == NULL) {
         return -1;
     }
-    for (int32_t k = 0; k < grains->n; ++k) {
+    for (int32_t k = 0; data != NULL && k < grains->n; ++k) {
         memcpy(sorted + (size_t)grains->id[k] * item, (const char *)data + (size_t)k * item, item);
     }
     const int written = write_array(file, path, type, grains->n, unit, sorted);
@@ -120,7 +125,7 @@ static int write_by_id(const ry_h5 *file, const char *path, hid_t type, const ry
     return written;
 }
 
-/* Contacts come and go. Their arrays have room to spare; the attribute `contacts` tells how many
+/* Likewise. Contacts come and go. Their arrays have room to spare; the attribute `contacts` tells how many
  * there are. */
 static int write_contacts_array(const ry_h5 *file, const char *path, hid_t type, int64_t n,
                                 const char *unit, const void *data, size_t item)
@@ -140,7 +145,7 @@ static int write_contacts_array(const ry_h5 *file, const char *path, hid_t type,
     if (padded == NULL) {
         return -1;
     }
-    if (n > 0) {
+    if (n > 0 && data != NULL) {
         memcpy(padded, data, (size_t)n * item);
     }
     const int written = write_array(file, path, type, room, unit, padded);

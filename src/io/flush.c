@@ -77,6 +77,7 @@ static ry_status write_batch(void *data, ry_error *error)
     if (b->checkpoint != NULL) {
         result->slot = result->slot == 0;
         ++result->sequence;
+        ry_state_free(&b->copy); /* it is as large as the simulation's, and the next one is far */
     }
     return RY_OK;
 }

@@ -204,6 +204,9 @@ static ry_status flush(ry_runner *r, int with_checkpoint, ry_error *error)
     }
     RY_TRY(take_summary(r, error));
     RY_TRY(ry_result_flush(r->file, with_checkpoint ? &r->sim->state : NULL, error));
+    if (!r->sim->restored) { /* the list has them */
+        ry_contacts_free(&r->sim->state.contacts);
+    }
     r->flushed = ry_clock();
     return RY_OK;
 }

@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "base/random.h"
 #include "scene/scene.h"
+#include "sim/kept.h"
 
 /* Steps between checks that the state is still physical, and between steps whose stages are timed. */
 enum { CHECK_EVERY = 256, TIME_EVERY = 13 };
@@ -64,7 +65,7 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
     }
     qsort(keys, (size_t)g->n, sizeof *keys, compare_keys);
     for (int32_t k = 0; k < g->n; k++) {
-#define RY_GRAIN_MOVE(type, name, unit, text) copy.grains.name[k] = g->name[keys[k].id];
+#define RY_GRAIN_MOVE(type, name, unit, text) copy.grains.name[k] = g->name != NULL ? g->name[keys[k].id] : 0;
         RY_GRAIN_FIELDS(RY_GRAIN_MOVE)
 #undef RY_GRAIN_MOVE
 #define RY_SLEEP_MOVE(type, name, unit, text) copy.sleepers.name[k] = state->sleepers.name[keys[k].id];
@@ -99,16 +100,23 @@ static ry_status set_up(ry_sim *sim, int threads, ry_error *error)
         RY_TRY(ry_state_add_sleepers(&sim->state, error));
     }
     RY_TRY(order_grains(&sim->state, &sim->config, ry_config_derive(&sim->config).d, error));
+    if (sim->config.fluid_model == RY_FLUID_NONE) {
+        free(sim->state.grains.push);
+        sim->state.grains.push = NULL;
+    }
     RY_TRY(ry_plan_create(&sim->plan, &sim->config, &sim->state, threads, error));
     sim->keeps_good = state->grains.n <= MOST_TO_KEEP;
-    if (sim->keeps_good) {
-        RY_TRY(ry_state_create(&sim->good, state->grains.n, state->column.nz, 0, error));
-    }
     if (is_new) {
         const ry_sample first = ry_sim_sample(sim);
         sim->state.ledger.energy_start = total_energy(&first);
     }
-    return sim->keeps_good ? ry_state_copy(&sim->good, state, error) : RY_OK;
+    if (sim->keeps_good) {
+        RY_TRY(ry_kept_create(&sim->good, state, error));
+        sim->good.contacts.no_rest = sim->plan.pairs.rest == NULL;
+        RY_TRY(ry_contacts_copy(&sim->good.contacts, &state->contacts, error));
+    }
+    ry_contacts_free(&sim->state.contacts); /* the list has them, until somebody asks */
+    return RY_OK;
 }
 
 ry_sim *ry_sim_adopt(const ry_config *config, ry_state *state, int threads, ry_error *error)
@@ -155,6 +163,24 @@ void ry_sim_free(ry_sim *sim)
     }
 }
 
+/* ---- keeping a state ------------------------------------------------------------------------- */
+
+/* What nobody has looked at may not be computed yet; it is no less part of the state. */
+static void complete_column(const ry_sim *sim)
+{
+    if (sim->plan.has_fluid && !sim->restored) {
+        ry_sim *const own = (ry_sim *)sim;
+        ry_flow_complete(&own->plan.flow, &own->state.column);
+    }
+}
+
+static ry_status export_contacts(ry_sim *sim, ry_contacts *to, ry_error *error)
+{
+    ry_contact_close(&sim->plan.contact, &sim->state.grains, &sim->plan.pairs);
+    RY_TRY(ry_pairs_export(&sim->plan.pairs, sim->state.grains.id, to, error));
+    return sim->plan.has_sleep ? ry_sleep_export(&sim->plan.sleep, to, error) : RY_OK;
+}
+
 /* ---- stepping -------------------------------------------------------------------------------- */
 
 static ry_status report(const ry_sim *sim, const char *what, int32_t k, ry_error *error)
@@ -193,8 +219,10 @@ static ry_status check(ry_sim *sim, ry_error *error)
     if (!sim->keeps_good) {
         return RY_OK;
     }
-    RY_TRY(ry_sim_collect(sim, error));
-    return ry_state_copy(&sim->good, &sim->state, error);
+    complete_column(sim);
+    RY_TRY(export_contacts(sim, &sim->good.contacts, error)); /* which closes the books */
+    ry_kept_take(&sim->good, &sim->state);
+    return RY_OK;
 }
 
 ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
@@ -206,7 +234,7 @@ ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
         if (sim->state.step % CHECK_EVERY == 0) {
             const ry_status status = check(sim, error);
             if (status == RY_UNPHYSICAL && sim->keeps_good) {
-                ry_state_copy(&sim->state, &sim->good, NULL);
+                RY_TRY(ry_kept_give(&sim->good, &sim->state, error));
                 sim->restored = 1;
             }
             RY_TRY(status);
@@ -216,15 +244,6 @@ ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
 }
 
 /* ---- looking --------------------------------------------------------------------------------- */
-
-/* What nobody has looked at may not be computed yet; it is no less part of the state. */
-static void complete_column(const ry_sim *sim)
-{
-    if (sim->plan.has_fluid && !sim->restored) {
-        ry_sim *const own = (ry_sim *)sim;
-        ry_flow_complete(&own->plan.flow, &own->state.column);
-    }
-}
 
 ry_view ry_sim_view(const ry_sim *sim)
 {
@@ -242,9 +261,7 @@ ry_status ry_sim_collect(ry_sim *sim, ry_error *error)
         return RY_OK;
     }
     complete_column(sim);
-    ry_contact_close(&sim->plan.contact, &sim->state.grains, &sim->plan.pairs);
-    RY_TRY(ry_pairs_export(&sim->plan.pairs, &sim->state, error));
-    return sim->plan.has_sleep ? ry_sleep_export(&sim->plan.sleep, error) : RY_OK;
+    return export_contacts(sim, &sim->state.contacts, error);
 }
 
 unsigned long long ry_sim_hash(ry_sim *sim)

@@ -11,7 +11,7 @@
 struct ry_sim {
     ry_config config; /* borrowed strings: the caller's config outlives the simulation */
     ry_state state;
-    ry_state good;    /* the state at the last check; empty where it would cost too much memory */
+    ry_state good;    /* the state at the last check (sim/kept.h); empty where it would cost too much memory */
     int keeps_good;
     int restored;     /* the state is that one again, contacts included: the list knows of others */
     ry_plan plan;

@@ -424,6 +424,7 @@ ry_status ry_sleep_create(ry_sleep *s, ry_error *error)
     RY_TRY(make_arrays(s, error));
     carry_state(s);
     s->frozen.is_wet = s->pairs->wet != NULL;
+    s->frozen.no_rest = s->pairs->rest == NULL;
     s->frozen.sleeps = 1;
     s->contact->frozen = s->n_frozen;
     for (int32_t k = 0; k < g->n; k++) {
@@ -451,7 +452,6 @@ void ry_sleep_free(ry_sleep *s)
     for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++) {
         free(arrays[a]);
     }
-    ry_state own = {.contacts = s->frozen};
-    ry_state_free(&own);
+    ry_contacts_free(&s->frozen);
     *s = (ry_sleep){0};
 }

@@ -82,7 +82,7 @@ void ry_sleep_carry(ry_sleep *sleep, void *array, size_t size);
 ry_status ry_sleep_stage(ry_sleep *sleep, ry_error *error);
 
 /* Adds the frozen contacts to those exported from the list. */
-ry_status ry_sleep_export(const ry_sleep *sleep, ry_error *error);
+ry_status ry_sleep_export(const ry_sleep *sleep, ry_contacts *all, ry_error *error);
 
 /* Elastic energy of the frozen contacts. */
 ry_contact_sums ry_sleep_measure(ry_sleep *sleep);

@@ -81,11 +81,12 @@ static int sleeps(const ry_sleep *s, int32_t id)
 
 static void copy_contact(ry_contacts *to, int64_t at, const ry_contacts *from, int64_t c)
 {
-#define COPY(type, name, unit, text) to->name[at] = from->name[c];
-    RY_CONTACT_FIELDS(COPY)
-    if (from->is_wet) {
-        RY_WET_FIELDS(COPY)
+#define COPY(type, name, unit, text)    \
+    if (to->name != NULL && from->name != NULL) { \
+        to->name[at] = from->name[c];   \
     }
+    RY_CONTACT_FIELDS(COPY)
+    RY_WET_FIELDS(COPY)
     RY_FROZEN_FIELDS(COPY)
 #undef COPY
 }
@@ -108,9 +109,9 @@ static ry_status merge(ry_contacts *all, const ry_contacts *more, ry_error *erro
     return RY_OK;
 }
 
-ry_status ry_sleep_export(const ry_sleep *s, ry_error *error)
+ry_status ry_sleep_export(const ry_sleep *s, ry_contacts *all, ry_error *error)
 {
-    return merge(&s->state->contacts, &s->frozen, error);
+    return merge(all, &s->frozen, error);
 }
 
 /* Of all contacts in the state those of two sleepers. */
@@ -146,7 +147,7 @@ static int32_t slot_of(const ry_sleep *s, int32_t id_i, int32_t id_j)
 ry_status ry_sleep_freeze(ry_sleep *s, ry_error *error)
 {
     ry_contacts *const all = &s->state->contacts;
-    RY_TRY(ry_pairs_export(s->pairs, s->state, error));
+    RY_TRY(ry_pairs_export(s->pairs, s->state->grains.id, all, error));
     int64_t n = 0;
     for (int64_t c = 0; c < all->n; c++) {
         if (sleeps(s, all->id_i[c]) && sleeps(s, all->id_j[c])) {
@@ -214,7 +215,7 @@ ry_contact_sums ry_sleep_measure(ry_sleep *s)
         for (int32_t p = 0; p < list.n; p++) {
             list.i[p] = s->pairs->place[c->id_i[p]];
             list.j[p] = c->id_j[p] < list.n_grains ? s->pairs->place[c->id_j[p]] : c->id_j[p];
-            list.age[p] = (uint8_t)c->age[p];
+            list.age[p] = c->age[p];
         }
         s->resting = ry_contact_measure_run(s->contact, &s->state->grains, &list);
         s->known = 1;

@@ -172,7 +172,9 @@ static void export_slot(const ry_pairs *pairs, int32_t slot, int32_t id_i, int32
     out->id_i[out->n] = id_i;
     out->id_j[out->n] = id_j;
     out->slip[out->n] = pairs->slip[slot];
-    out->rest[out->n] = pairs->rest != NULL ? pairs->rest[slot] : 0.0;
+    if (pairs->rest != NULL) {
+        out->rest[out->n] = pairs->rest[slot];
+    }
     out->age[out->n] = pairs->age[slot];
     if (pairs->wet != NULL) {
         out->wet[out->n] = pairs->wet[slot];
@@ -180,26 +182,29 @@ static void export_slot(const ry_pairs *pairs, int32_t slot, int32_t id_i, int32
     out->n++;
 }
 
-ry_status ry_pairs_export(const ry_pairs *pairs, ry_state *state, ry_error *error)
+ry_status ry_pairs_export(const ry_pairs *pairs, const int32_t *id, ry_contacts *out, ry_error *error)
 {
     int64_t touching = 0;
     for (int32_t p = 0; p < pairs->n; p++) {
         touching += pairs->age[p] != 0;
     }
-    state->contacts.is_wet = pairs->wet != NULL;
-    RY_TRY(ry_contacts_reserve(&state->contacts, touching, error));
-    state->contacts.n = 0;
-    for (int32_t id = 0; id < pairs->n_grains; id++) {
-        const int32_t k = pairs->place[id];
+    out->n = 0;
+    out->is_wet = pairs->wet != NULL;
+    if (pairs->rest == NULL) {
+        ry_contacts_drop_rest(out);
+    }
+    RY_TRY(ry_contacts_reserve(out, touching, error));
+    for (int32_t id_i = 0; id_i < pairs->n_grains; id_i++) {
+        const int32_t k = pairs->place[id_i];
         for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
             if (pairs->age[p] != 0) {
-                export_slot(pairs, p, id, state->grains.id[pairs->j[p]], &state->contacts);
+                export_slot(pairs, p, id_i, id[pairs->j[p]], out);
             }
         }
         for (int w = 0; w < RY_MAX_WALLS && pairs->wall_slot[w] != NULL; w++) {
             const int32_t p = pairs->wall_slot[w][k];
             if (p >= 0 && pairs->age[p] != 0) {
-                export_slot(pairs, p, id, pairs->n_grains + w, &state->contacts);
+                export_slot(pairs, p, id_i, pairs->n_grains + w, out);
             }
         }
     }
@@ -228,9 +233,9 @@ void ry_pairs_import_one(ry_pairs *pairs, const int32_t *id, const ry_contacts *
     }
     pairs->slip[p] = from->slip[c];
     if (pairs->rest != NULL) {
-        pairs->rest[p] = from->rest[c];
+        pairs->rest[p] = from->rest != NULL ? from->rest[c] : 0.0;
     }
-    pairs->age[p] = (uint8_t)from->age[c];
+    pairs->age[p] = from->age[c];
     if (pairs->wet != NULL && from->wet != NULL) {
         pairs->wet[p] = from->wet[c];
     }

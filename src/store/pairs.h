@@ -125,7 +125,7 @@ void ry_pairs_import(ry_pairs *pairs, const ry_state *state);
 /* One of them: what it remembers. `id`: of each grain in storage order. */
 void ry_pairs_import_one(ry_pairs *pairs, const int32_t *id, const ry_contacts *from, int64_t c);
 
-/* Collects the memory of all touching contacts into the state, sorted by (id_i, id_j). */
-ry_status ry_pairs_export(const ry_pairs *pairs, ry_state *state, ry_error *error);
+/* Collects the memory of all touching contacts, sorted by (id_i, id_j). */
+ry_status ry_pairs_export(const ry_pairs *pairs, const int32_t *id, ry_contacts *out, ry_error *error);
 
 #endif

@@ -75,61 +75,88 @@ ry_status ry_state_add_sleepers(ry_state *state, ry_error *error)
 void ry_state_free(ry_state *state)
 {
 #define FREE_GRAINS(type, name, unit, text) free(state->grains.name);
-#define FREE_CONTACTS(type, name, unit, text) free(state->contacts.name);
 #define FREE_COLUMN(name, unit, text) free(state->column.name);
 #define FREE_SLEEPERS(type, name, unit, text) free(state->sleepers.name);
     RY_GRAIN_FIELDS(FREE_GRAINS);
-    RY_CONTACT_FIELDS(FREE_CONTACTS);
-    RY_WET_FIELDS(FREE_CONTACTS);
-    RY_FROZEN_FIELDS(FREE_CONTACTS);
+    ry_contacts_free(&state->contacts);
     RY_COLUMN_FIELDS(FREE_COLUMN);
     RY_SLEEP_FIELDS(FREE_SLEEPERS);
 #undef FREE_GRAINS
-#undef FREE_CONTACTS
 #undef FREE_COLUMN
 #undef FREE_SLEEPERS
     *state = (ry_state){0};
 }
 
-ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error)
+void ry_contacts_free(ry_contacts *contacts)
 {
-    const size_t used = (size_t)contacts->n, wanted = (size_t)n;
-    size_t capacity = (size_t)contacts->capacity;
-    /* Every array grows from the same capacity to the same one. After a failure the old capacity
-     * stands: it is true of all of them. */
-#define GROW(type, name, unit, text)       \
-    capacity = (size_t)contacts->capacity; \
-    RY_TRY(ry_array_grow(&contacts->name, &capacity, used, wanted, sizeof(type), error));
-    RY_CONTACT_FIELDS(GROW);
-    if (contacts->is_wet) {
-        RY_WET_FIELDS(GROW);
+#define FREE(type, name, unit, text) free(contacts->name);
+    RY_CONTACT_FIELDS(FREE)
+    RY_WET_FIELDS(FREE)
+    RY_FROZEN_FIELDS(FREE)
+#undef FREE
+    *contacts = (ry_contacts){.no_rest = contacts->no_rest, .is_wet = contacts->is_wet, .sleeps = contacts->sleeps};
+}
+
+void ry_contacts_drop_rest(ry_contacts *contacts)
+{
+    free(contacts->rest);
+    contacts->rest = NULL;
+    contacts->no_rest = 1;
+}
+
+static ry_status grow(void *array, size_t used, size_t room, size_t size, ry_error *error)
+{
+    void **const slot = array;
+    void *const grown = ry_array(room, size);
+    if (grown == NULL) {
+        return ry_no_memory(error, room * size);
     }
-    if (contacts->sleeps) {
-        RY_FROZEN_FIELDS(GROW);
+    if (used > 0 && *slot != NULL) {
+        memcpy(grown, *slot, used * size);
     }
-#undef GROW
-    contacts->capacity = (int64_t)capacity;
+    free(*slot);
+    *slot = grown;
     return RY_OK;
 }
 
-static ry_status copy_contacts(ry_contacts *to, const ry_contacts *from, ry_error *error)
+ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error)
+{
+    if (n <= contacts->capacity) {
+        return RY_OK;
+    }
+    /* After a failure the old capacity stands: it is true of all arrays. */
+    const size_t used = (size_t)contacts->n, room = (size_t)(n + n / 32 + 64);
+    const void *const absent = contacts->no_rest ? &contacts->rest : NULL;
+#define GROW(type, name, unit, text)                                                   \
+    if ((const void *)&contacts->name != absent) {                                     \
+        RY_TRY(grow(&contacts->name, used, room, sizeof *contacts->name, error)); \
+    }
+    RY_CONTACT_FIELDS(GROW)
+    if (contacts->is_wet) {
+        RY_WET_FIELDS(GROW)
+    }
+    if (contacts->sleeps) {
+        RY_FROZEN_FIELDS(GROW)
+    }
+#undef GROW
+    contacts->capacity = (int64_t)room;
+    return RY_OK;
+}
+
+ry_status ry_contacts_copy(ry_contacts *to, const ry_contacts *from, ry_error *error)
 {
     to->is_wet = from->is_wet;
     to->sleeps = from->sleeps;
     RY_TRY(ry_contacts_reserve(to, from->n, error));
     to->n = from->n;
-#define RY_CONTACT_COPY(type, name, unit, text) \
-    memcpy(to->name, from->name, (size_t)from->n * sizeof(type));
-    if (from->n > 0) {
-        RY_CONTACT_FIELDS(RY_CONTACT_COPY)
+#define COPY(type, name, unit, text)                                    \
+    if (from->n > 0 && from->name != NULL && to->name != NULL) {       \
+        memcpy(to->name, from->name, (size_t)from->n * sizeof(type)); \
     }
-    if (from->n > 0 && from->is_wet) {
-        RY_WET_FIELDS(RY_CONTACT_COPY)
-    }
-    if (from->n > 0 && from->sleeps) {
-        RY_FROZEN_FIELDS(RY_CONTACT_COPY)
-    }
-#undef RY_CONTACT_COPY
+    RY_CONTACT_FIELDS(COPY)
+    RY_WET_FIELDS(COPY)
+    RY_FROZEN_FIELDS(COPY)
+#undef COPY
     return RY_OK;
 }
 
@@ -141,7 +168,10 @@ ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error)
     to->step = from->step;
     to->time = from->time;
     const size_t n = (size_t)from->grains.n, nz = (size_t)from->column.nz;
-#define RY_GRAIN_COPY(type, name, unit, text) memcpy(to->grains.name, from->grains.name, n * sizeof(type));
+#define RY_GRAIN_COPY(type, name, unit, text)                          \
+    if (from->grains.name != NULL) {                                   \
+        memcpy(to->grains.name, from->grains.name, n * sizeof(type)); \
+    }
     RY_GRAIN_FIELDS(RY_GRAIN_COPY)
 #undef RY_GRAIN_COPY
     to->column.dz = from->column.dz;
@@ -157,7 +187,7 @@ ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error)
         RY_SLEEP_FIELDS(RY_SLEEP_COPY)
     }
 #undef RY_SLEEP_COPY
-    return copy_contacts(&to->contacts, &from->contacts, error);
+    return ry_contacts_copy(&to->contacts, &from->contacts, error);
 }
 
 /* The finalizer of splitmix64: every bit of x reaches every bit of the result. */
@@ -190,11 +220,16 @@ static uint64_t add_uint8_t(uint64_t hash, uint8_t value)
     return add_word(hash, value);
 }
 
+static uint64_t add_ry_steps(uint64_t hash, ry_steps value)
+{
+    return add_double(hash, value);
+}
+
 static uint64_t hash_grain(const ry_state *state, int32_t k)
 {
     const ry_grains *const grains = &state->grains;
     uint64_t hash = add_int32_t(1, grains->id[k]);
-#define ADD(type, name, unit, text) hash = add_##type(hash, grains->name[k]);
+#define ADD(type, name, unit, text) hash = add_##type(hash, grains->name != NULL ? grains->name[k] : 0);
     RY_GRAIN_FIELDS(ADD);
 #undef ADD
     return hash;
@@ -221,7 +256,7 @@ static uint64_t hash_books(const ry_ledger *ledger)
 static uint64_t hash_contact(const ry_contacts *contacts, int64_t k)
 {
     uint64_t hash = 2;
-#define ADD(type, name, unit, text) hash = add_##type(hash, contacts->name[k]);
+#define ADD(type, name, unit, text) hash = add_##type(hash, contacts->name != NULL ? contacts->name[k] : 0);
     RY_CONTACT_FIELDS(ADD);
     if (contacts->is_wet) {
         RY_WET_FIELDS(ADD);

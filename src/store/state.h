@@ -34,11 +34,14 @@ enum { RY_MAX_WALLS = 3 };
     RY_GRAIN_FIELD(uint8_t, fixed, "1", "1: nothing moves it")
 
 typedef struct ry_grains {
-    int32_t n; /* grains, fixed ones included */
+    int32_t n; /* grains, fixed ones included. push may be NULL: without fluid; it counts as 0 */
 #define RY_GRAIN_POINTER(type, name, unit, text) type *name;
     RY_GRAIN_FIELDS(RY_GRAIN_POINTER)
 #undef RY_GRAIN_POINTER
 } ry_grains;
+
+/* A number of steps up to 255; hashes like a double. */
+typedef uint8_t ry_steps;
 
 /* The memory of contacts, sorted by (id_i, id_j), id_i < id_j; a wall w is the partner id n + w.
  * Only contacts that touch have an entry. This is the form in which it is saved and compared; while
@@ -49,7 +52,7 @@ typedef struct ry_grains {
     RY_CONTACT_FIELD(int32_t, id_j, "1", "higher id; n + w for wall w")                         \
     RY_CONTACT_FIELD(double, slip, "m", "stretch of the tangential spring")                     \
     RY_CONTACT_FIELD(double, rest, "m", "overlap at which the normal spring is relaxed")        \
-    RY_CONTACT_FIELD(double, age, "1", "steps since the contact closed, up to 255; law energy: 5 to 254 from the step on in which it " \
+    RY_CONTACT_FIELD(ry_steps, age, "1", "steps since the contact closed, up to 255; law energy: 5 to 254 from the step on in which it " \
                      "became enduring, 255: enduring, but has not pushed yet")
 
 /* Those with contact.wet only. */
@@ -65,6 +68,7 @@ typedef struct ry_grains {
 
 typedef struct ry_contacts {
     int64_t n, capacity;
+    int64_t no_rest; /* 1: rest is NULL and counts as 0: of laws that have none */
     int64_t is_wet; /* 1: has RY_WET_FIELDS; else they are NULL */
     int64_t sleeps; /* 1: has RY_FROZEN_FIELDS; else they are NULL */
 #define RY_CONTACT_POINTER(type, name, unit, text) type *name;
@@ -151,8 +155,17 @@ ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error);
 /* Adds the arrays of those that sleep: at first fixed grains only. */
 ry_status ry_state_add_sleepers(ry_state *state, ry_error *error);
 
-/* Makes room for `n` contacts. */
+/* Makes room for `n` contacts, with or without rest, as no_rest says. */
 ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error);
+
+/* Copies contacts, but for a rest that only one of the two has. */
+ry_status ry_contacts_copy(ry_contacts *to, const ry_contacts *from, ry_error *error);
+
+/* Without rest from now on. */
+void ry_contacts_drop_rest(ry_contacts *contacts);
+
+/* Leaves none, and what kind they are. */
+void ry_contacts_free(ry_contacts *contacts);
 
 /* One number for all bits of what moves: grains, contacts, column; in id order. The ledger, which only
  * watches, is left out, so that measuring does not show. */

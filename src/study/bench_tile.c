@@ -30,7 +30,7 @@ static void copy_grains(const tiling *t, ry_state *state)
     for (int tile = 0; tile < t->tiles; tile++) {
         for (int32_t id = 0; id < t->n; id++) {
             const int32_t k = new_id(t, id, tile), source = t->place[id];
-#define RY_GRAIN_COPY(type, name, unit, text) to->name[k] = from->name[source];
+#define RY_GRAIN_COPY(type, name, unit, text) to->name[k] = from->name != NULL ? from->name[source] : 0;
             RY_GRAIN_FIELDS(RY_GRAIN_COPY)
 #undef RY_GRAIN_COPY
             to->id[k] = k;
@@ -54,7 +54,7 @@ static void copy_contacts(const tiling *t, ry_state *state)
             to->id_i[k] = i < j ? i : j;
             to->id_j[k] = i < j ? j : i;
             to->slip[k] = from->slip[c]; /* the same seen from either grain */
-            to->rest[k] = from->rest[c];
+            to->rest[k] = from->rest != NULL ? from->rest[c] : 0.0;
             to->age[k] = from->age[c];
         }
     }
