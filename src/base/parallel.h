@@ -29,6 +29,6 @@ void ry_phases(int parts, int phases, ry_phase_fn *task, void *context);
 
 /* Sums that must not depend on the number of threads run over blocks of this many ids, then over
  * the blocks in order. */
-enum { RY_SUM_BLOCK = 1024 };
+enum { RY_SUM_BLOCK = 1024, RY_SUM_AT_ONCE = 16 /* blocks of a thread, before they are added to the total */ };
 
 #endif

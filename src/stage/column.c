@@ -76,7 +76,7 @@ static void solve_tridiagonal(int32_t n, const double *low, double *diagonal, co
 /* Cells up to the highest that grains are in, or lately were. */
 static int32_t layer_top(const ry_flow *f, const ry_column *c)
 {
-    const double *const slope = ry_column_sums(f, f->n_blocks, RY_SUM_SLOPE);
+    const double *const slope = ry_column_sums(f, f->at_once, RY_SUM_SLOPE);
     int32_t top = c->nz;
     while (top > 2 && slope[top - 1] == 0.0 && c->phi[top - 1] < 1e-3) {
         top--;
@@ -118,8 +118,8 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
     const int32_t nz = layer_top(f, c);
     const double dz = c->dz, dt = f->dt * f->advance;
     const double per_cell = 1.0 / (f->length * f->d * dz);
-    const double *const force = ry_column_sums(f, f->n_blocks, RY_SUM_FORCE);
-    const double *const slope = ry_column_sums(f, f->n_blocks, RY_SUM_SLOPE);
+    const double *const force = ry_column_sums(f, f->at_once, RY_SUM_FORCE);
+    const double *const slope = ry_column_sums(f, f->at_once, RY_SUM_SLOPE);
     double *const length = f->work, *const low = length + c->nz, *const diagonal = low + c->nz;
     double *const high = diagonal + c->nz, *const rhs = high + c->nz;
     mixing_length(f, c, tau_top, nz, length);

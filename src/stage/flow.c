@@ -27,6 +27,19 @@ double ry_flow_stress(const ry_flow *f, int64_t step)
 
 /* ---- what a grain feels ---------------------------------------------------------------------- */
 
+/* pi/8 rho_f d^2 of a grain [kg/m], and its volume [m^3]. */
+RY_INLINE double area_of(double density, double r)
+{
+    const double d = 2.0 * r;
+    return 0.125 * M_PI * density * d * d;
+}
+
+RY_INLINE double volume_of(double r)
+{
+    const double d = 2.0 * r;
+    return M_PI / 6.0 * d * d * d;
+}
+
 /* Between which two faces a grain is, and how far from the lower one. */
 typedef struct ry_spot {
     int32_t cell;
@@ -99,9 +112,9 @@ RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, ry_motion *m, 
                             ry_flow_drag law, int pushed)
 {
     ry_seen seen;
-    const double dt = f->dt, c = f->drag_coefficient;
-    const double *const vx = g->vx + begin, *const vz = g->vz + begin, *const area = f->area + begin;
-    const double *const viscous = f->viscous + begin, *const volume = f->volume + begin;
+    const double dt = f->dt, c = f->drag_coefficient, density = f->density;
+    const double *const vx = g->vx + begin, *const vz = g->vz + begin, *const radius = g->radius + begin;
+    const double *const viscous = f->viscous + begin;
     const double *const im = m->im + begin, *const weight = m->weight + begin;
     double *restrict const push = g->push + begin, *restrict const gx = m->gx + begin;
     double *restrict const gz = m->gz + begin;
@@ -109,10 +122,10 @@ RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, ry_motion *m, 
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
         const double rx = seen.u[k] - vx[k];
-        const double rate = drag_rate(rx, vz[k], area[k], viscous[k], seen.hinder[k], c, law);
+        const double rate = drag_rate(rx, vz[k], area_of(density, radius[k]), viscous[k], seen.hinder[k], c, law);
         const double b = rate * dt * im[k];
         const double share = 1.0 / (1.0 + b);
-        const double along = volume[k] * seen.gradient[k] + (pushed ? push[k] : 0.0);
+        const double along = volume_of(radius[k]) * seen.gradient[k] + (pushed ? push[k] : 0.0);
         gx[k] = (b * rx + along * dt * im[k]) * share;
         gz[k] = (weight[k] - b * vz[k]) * share;
         if (!pushed) {
@@ -158,7 +171,7 @@ static void add_lift(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t
         const ry_spot above = find_spot(f, g->z[k] + r), below = find_spot(f, g->z[k] - r);
         const double top = see(face, above.cell, above.part)[RY_FACE_U] - vx;
         const double foot = see(face, below.cell, below.part)[RY_FACE_U] - vx;
-        m->gz[k] += f->lift * f->area[k] * (top * top - foot * foot) * f->dt * m->im[k];
+        m->gz[k] += f->lift * area_of(f->density, r) * (top * top - foot * foot) * f->dt * m->im[k];
     }
 }
 
@@ -168,6 +181,7 @@ typedef struct ry_flow_task {
     const ry_grains *grains;
     ry_motion *motion;
     const int32_t *place;
+    int32_t first; /* block */
 } ry_flow_task;
 
 static void sample_grains(void *context, int32_t begin, int32_t end, int thread)
@@ -218,16 +232,17 @@ RY_INLINE void spread(double *volumes, double *forces, double *slopes, const ry_
     }
 }
 
+/* Sums of a block into the rows `at`. */
 RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const ry_motion *m, const int32_t *place,
-                      int32_t block)
+                      int32_t block, int32_t at)
 {
     const ry_grains *const g = &state->grains;
     const ry_column *const c = &state->column;
     const int32_t first = block * RY_SUM_BLOCK;
     const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
-    double *const volumes = ry_column_sums(f, block, RY_SUM_VOLUME);
-    double *const forces = ry_column_sums(f, block, RY_SUM_FORCE);
-    double *const slopes = ry_column_sums(f, block, RY_SUM_SLOPE);
+    double *const volumes = ry_column_sums(f, at, RY_SUM_VOLUME);
+    double *const forces = ry_column_sums(f, at, RY_SUM_FORCE);
+    double *const slopes = ry_column_sums(f, at, RY_SUM_SLOPE);
     memset(volumes, 0, RY_SUM_COUNT * ry_column_row_length(f) * sizeof(double));
     for (int32_t id = first; id < end; id++) {
         const int32_t k = place[id];
@@ -235,13 +250,13 @@ RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const r
         if (f->model == RY_FLOW_BALANCE) {
             const ry_spot spot = find_spot(f, g->z[k]);
             const ry_four seen = see((const double (*)[RY_FACE])f->face, spot.cell, spot.part);
-            const double rate = drag_rate(seen[RY_FACE_U] - g->vx[k], g->vz[k], f->area[k], f->viscous[k],
-                                          seen[RY_FACE_HINDER], f->drag_coefficient, f->drag);
+            const double rate = drag_rate(seen[RY_FACE_U] - g->vx[k], g->vz[k], area_of(f->density, g->radius[k]),
+                                          f->viscous[k], seen[RY_FACE_HINDER], f->drag_coefficient, f->drag);
             force = g->push[k] / f->advance;
             slope = rate / (1.0 + rate * f->dt * m->im[k]);
         }
         const double z = g->z[k], r = g->radius[k];
-        spread(volumes, forces, slopes, ry_slice_span(z, r, 1.0 / c->dz, c->nz), c->dz, z, r, f->volume[k],
+        spread(volumes, forces, slopes, ry_slice_span(z, r, 1.0 / c->dz, c->nz), c->dz, z, r, volume_of(r),
                force, slope);
     }
 }
@@ -251,7 +266,7 @@ static void sum_blocks(void *context, int32_t begin, int32_t end, int thread)
     const ry_flow_task *const t = context;
     (void)thread;
     for (int32_t block = begin; block < end; block++) {
-        sum_block(t->flow, t->state, t->motion, t->place, block);
+        sum_block(t->flow, t->state, t->motion, t->place, t->first + block, block);
     }
 }
 
@@ -259,15 +274,17 @@ static void sum_blocks(void *context, int32_t begin, int32_t end, int thread)
 static void sum_grains(ry_flow *f, const ry_state *state, ry_motion *m, const int32_t *place)
 {
     const size_t width = RY_SUM_COUNT * ry_column_row_length(f);
-    const int32_t n_blocks = f->n_blocks;
     ry_flow_task task = {.flow = f, .state = state, .motion = m, .place = place};
-    ry_parallel(f->threads, n_blocks, sum_blocks, &task);
-    double *const total = f->sums + (size_t)n_blocks * width;
+    double *const total = f->sums + (size_t)f->at_once * width;
     memset(total, 0, width * sizeof *total);
-    for (int32_t block = 0; block < n_blocks; block++) {
-        const double *const part = f->sums + (size_t)block * width;
-        for (size_t k = 0; k < width; k++) {
-            total[k] += part[k];
+    for (; task.first < f->n_blocks; task.first += f->at_once) {
+        const int32_t left = f->n_blocks - task.first, n = left < f->at_once ? left : f->at_once;
+        ry_parallel(f->threads, n, sum_blocks, &task);
+        for (int32_t block = 0; block < n; block++) {
+            const double *const part = f->sums + (size_t)block * width;
+            for (size_t k = 0; k < width; k++) {
+                total[k] += part[k];
+            }
         }
     }
 }
@@ -275,7 +292,7 @@ static void sum_grains(ry_flow *f, const ry_state *state, ry_motion *m, const in
 /* Running mean over the time in which a grain near the bed goes a few diameters. */
 static void average_phi(const ry_flow *f, ry_column *c, int64_t step)
 {
-    const double *const volume = ry_column_sums(f, f->n_blocks, RY_SUM_VOLUME);
+    const double *const volume = ry_column_sums(f, f->at_once, RY_SUM_VOLUME);
     const double per_cell = 1.0 / (f->length * f->d * c->dz);
     const double speed = sqrt(f->tau / f->density) + 1e-3 * sqrt(f->d);
     const double weight = step < f->advance ? 1.0 : f->advance * f->dt * speed / (5.0 * f->d);
@@ -385,30 +402,27 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
     f->nz = state->column.nz;
     f->dz = state->column.dz;
     f->n_blocks = (g->n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK;
+    f->at_once = f->n_blocks < RY_SUM_AT_ONCE * f->threads ? f->n_blocks : RY_SUM_AT_ONCE * f->threads;
     f->n_bins = f->model == RY_FLOW_STRESS ? (int32_t)ceil(8.0 * f->length / f->d) : 0;
-    f->area = ry_array(n, sizeof(double));
     f->viscous = ry_array(n, sizeof(double));
-    f->volume = ry_array(n, sizeof(double));
     f->face = ry_array(nz + 1, sizeof *f->face);
     f->u = ry_array(nz + 1, sizeof(double));
     f->gradient = ry_array(nz + 1, sizeof(double));
     f->hinder = ry_array(nz + 1, sizeof(double));
-    f->sums = ry_array(((size_t)f->n_blocks + 1) * RY_SUM_COUNT * ry_column_row_length(f), sizeof(double));
+    f->sums = ry_array(((size_t)f->at_once + 1) * RY_SUM_COUNT * ry_column_row_length(f), sizeof(double));
     f->half = (int32_t)ceil(0.5 * f->d / f->dz - 1e-9);
     f->part = ry_array(2 * (size_t)f->half, sizeof(double));
     f->work = ry_array(5 * nz + 2 * (size_t)f->half + 1, sizeof(double));
     f->bin_top = ry_array((size_t)f->n_bins, sizeof(double));
     f->bin_grain = ry_array((size_t)f->n_bins, sizeof(int32_t));
-    if (!f->area || !f->viscous || !f->volume || !f->face || !f->u || !f->gradient || !f->hinder || !f->sums ||
+    if (!f->viscous || !f->face || !f->u || !f->gradient || !f->hinder || !f->sums ||
         !f->work || !f->part || !f->bin_top || !f->bin_grain) {
-        return ry_no_memory(error, (n * 3 + nz * 20) * sizeof(double));
+        return ry_no_memory(error, (n + nz * 20) * sizeof(double));
     }
     for (size_t k = 0; k < n; k++) {
         const double d = 2.0 * g->radius[k];
-        f->area[k] = 0.125 * M_PI * f->density * d * d;
         f->viscous[k] = f->viscosity / d;
         f->viscous[k] = f->drag == RY_FLOW_DALLAVALLE ? sqrt(24.0 * f->viscous[k]) : f->viscous[k];
-        f->volume[k] = M_PI / 6.0 * d * d * d;
     }
     for (int32_t m = 0; m < 2 * f->half; m++) { /* slices of a sphere around a face, from below */
         const double foot = (m - f->half) * f->dz / (0.5 * f->d);
@@ -424,8 +438,8 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
 
 void ry_flow_free(ry_flow *f)
 {
-    void *const arrays[] = {f->area,   f->viscous, f->volume, f->u,       f->gradient,
-                            f->hinder, f->sums,    f->work,   f->bin_top, f->bin_grain, f->part, f->face};
+    void *const arrays[] = {f->viscous, f->u,       f->gradient,  f->hinder, f->sums,
+                            f->work,    f->bin_top, f->bin_grain, f->part,   f->face};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }

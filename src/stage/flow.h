@@ -38,17 +38,16 @@ typedef struct ry_flow {
     double d, length, dt;        /* mean diameter = slab width; domain; step [m, m, s] */
     int32_t nz;                  /* cells of the column, and their height [m] */
     double dz;
-    double *area;                /* pi/8 rho_f d^2 of each grain [kg/m] */
     double *viscous;             /* nu/d of each grain [m/s]; drag dallavalle: the root of 24 of it [m^1/2/s^1/2] */
-    double *volume;              /* [m^3] */
 
     /* What the grains see, at the nz + 1 faces of the cells: made from the column at each advance. Side by side,
      * because a grain looks at all of it at two faces; the rows are where it is made. */
     double (*face)[RY_FACE];
     double *u, *gradient, *hinder;
-    /* What an advance sums over the grains: rows of nz, one set per block of ids, then the total. */
+    /* What an advance sums over the grains: rows of nz, one set per block of ids that are summed at once, then the
+     * total. */
     double *sums;
-    int32_t n_blocks;
+    int32_t n_blocks, at_once;
     /* The cells valid .. nz-1, clear flow above the grains, are not computed before somebody looks at them: they
      * follow from valid_length, the mixing length below them, and tau_now, the stress [m, Pa]. */
     int32_t clear, valid, faces; /* clear: the first cell of it; faces: of the tables */

@@ -70,6 +70,7 @@ ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length,
     *m = (ry_measure){.n = state->grains.n, .nz = state->column.nz, .dz = state->column.dz, .length = length, .d = d,
                       .threads = threads, .window = window,
                       .n_blocks = (state->grains.n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK};
+    m->at_once = m->n_blocks < RY_SUM_AT_ONCE * threads ? m->n_blocks : RY_SUM_AT_ONCE * threads;
     double **const rows[] = {&m->phi, &m->moving, &m->transport, &m->tau_grain, &m->u_fluid, &m->tau_fluid};
     for (int r = 0; r < N_ROWS; r++) {
         *rows[r] = ry_array(nz, sizeof(double));
@@ -84,9 +85,9 @@ ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length,
         return ry_no_memory(error, 2 * n * sizeof(double));
     }
     m->still = ry_array(row_length(m), sizeof(double));
-    m->sums = ry_array(((size_t)m->n_blocks + 1) * ROW_COUNT * row_length(m), sizeof(double));
+    m->sums = ry_array(((size_t)m->at_once + 1) * ROW_COUNT * row_length(m), sizeof(double));
     if (m->still == NULL || m->sums == NULL) {
-        return ry_no_memory(error, (size_t)m->n_blocks * ROW_COUNT * nz * 8);
+        return ry_no_memory(error, (size_t)m->at_once * ROW_COUNT * nz * 8);
     }
     return sum_fixed(m, &state->grains, error);
 }
@@ -171,6 +172,7 @@ typedef struct ry_measure_task {
     const ry_state *state;
     const ry_motion *motion;
     const int32_t *place;
+    int32_t first; /* block */
 } ry_measure_task;
 
 RY_CLONES static void add_up(double *restrict sum, const double *restrict value, int32_t n)
@@ -247,10 +249,9 @@ RY_INLINE void add_forces(const ry_measure *m, double *sums, const ry_reach *at,
 }
 
 RY_CLONES static void sum_block(const ry_measure *m, const ry_state *state, const ry_motion *motion,
-                      const int32_t *place, int32_t block)
+                      const int32_t *place, int32_t block, double *sums)
 {
     const ry_grains *const g = &state->grains;
-    double *const sums = m->sums + (size_t)block * ROW_COUNT * row_length(m);
     const int32_t first = block * RY_SUM_BLOCK;
     const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
     const double per_dz = 1.0 / m->dz, per_dt = 1.0 / motion->dt, per_tally = per_dt / m->tallied;
@@ -274,21 +275,24 @@ static void sum_blocks(void *context, int32_t begin, int32_t end, int thread)
     const ry_measure_task *const t = context;
     (void)thread;
     for (int32_t block = begin; block < end; block++) {
-        sum_block(t->measure, t->state, t->motion, t->place, block);
+        double *const sums = t->measure->sums + (size_t)block * ROW_COUNT * row_length(t->measure);
+        sum_block(t->measure, t->state, t->motion, t->place, t->first + block, sums);
     }
 }
 
 static double *sum_grains(ry_measure *m, const ry_state *state, const ry_motion *motion, const int32_t *place)
 {
-    const int32_t n_blocks = m->n_blocks;
     const size_t width = ROW_COUNT * row_length(m);
-    ry_measure_task task = {m, state, motion, place};
-    ry_parallel(m->threads, n_blocks, sum_blocks, &task);
-    double *const total = m->sums + (size_t)n_blocks * width;
+    ry_measure_task task = {.measure = m, .state = state, .motion = motion, .place = place};
+    double *const total = m->sums + (size_t)m->at_once * width;
     memset(total, 0, width * sizeof *total);
-    for (int32_t block = 0; block < n_blocks; block++) {
-        for (size_t k = 0; k < width; k++) {
-            total[k] += m->sums[(size_t)block * width + k];
+    for (; task.first < m->n_blocks; task.first += m->at_once) {
+        const int32_t left = m->n_blocks - task.first, n = left < m->at_once ? left : m->at_once;
+        ry_parallel(m->threads, n, sum_blocks, &task);
+        for (int32_t block = 0; block < n; block++) {
+            for (size_t k = 0; k < width; k++) {
+                total[k] += m->sums[(size_t)block * width + k];
+            }
         }
     }
     return total;

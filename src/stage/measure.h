@@ -10,7 +10,8 @@
 
 /* Running sums of profiles since ry_measure_clear; rows of nz. */
 typedef struct ry_measure {
-    int32_t n, nz, n_blocks; /* grains, cells */
+    int32_t n, nz;            /* grains, cells */
+    int32_t n_blocks, at_once; /* of ids, and those whose sums are kept side by side */
     double dz, length, d; /* [m] */
     int threads;
     int64_t samples;

@@ -389,9 +389,7 @@ static void carry_state(ry_sleep *s)
         ry_sleep_carry(s, arrays[a], sizeof(double));
     }
     if (s->flow != NULL) {
-        ry_sleep_carry(s, s->flow->area, sizeof(double));
         ry_sleep_carry(s, s->flow->viscous, sizeof(double));
-        ry_sleep_carry(s, s->flow->volume, sizeof(double));
     }
     ry_sleep_carry(s, s->mark, sizeof *s->mark);
 }
