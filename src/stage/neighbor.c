@@ -20,9 +20,8 @@ ry_status ry_neighbor_create(ry_neighbor *b, const ry_grains *grains, int thread
     b->z0 = ry_array(n, sizeof(double));
     b->limit2 = ry_array(n, sizeof(double));
     b->member = ry_array(n + RY_SPARE, sizeof(int32_t));
-    b->old.row = ry_array(n + 1, sizeof(int32_t));
     b->found = ry_array((size_t)threads, sizeof *b->found);
-    int whole = b->x0 && b->z0 && b->limit2 && b->member && b->old.row && b->found;
+    int whole = b->x0 && b->z0 && b->limit2 && b->member && b->found;
     for (int w = 0; w < b->n_walls; w++) {
         b->old.wall_slot[w] = ry_array(n, sizeof(int32_t));
         whole = whole && b->old.wall_slot[w];
@@ -87,8 +86,8 @@ static void swap(void *p, void *q)
     memcpy(q, &kept, sizeof kept);
 }
 
-/* Keeps the memory of the list while it is filled anew: the arrays change places. Its partners stay where they are,
- * for who owned them follows from their rows: the new ones are found into the array of owners. */
+/* Keeps the memory of the list while it is filled anew: the arrays change places. What follows from others gives its
+ * array for the time: the new partners are found into that of the owners, the new rows into that of the places. */
 static ry_status set_memory_aside(ry_neighbor *b, ry_pairs *pairs, ry_error *error)
 {
     struct ry_old *const old = &b->old;
@@ -107,7 +106,9 @@ static ry_status set_memory_aside(ry_neighbor *b, ry_pairs *pairs, ry_error *err
     old->j = pairs->j;
     pairs->j = pairs->i;
     pairs->i = NULL;
-    swap(&old->row, &pairs->row);
+    old->row = pairs->row;
+    pairs->row = pairs->place;
+    pairs->place = NULL;
     swap(&old->slip, &pairs->slip);
     swap(&old->rest, &pairs->rest);
     swap(&old->age, &pairs->age);
@@ -205,14 +206,18 @@ static void fill_rows(void *context, int32_t begin, int32_t end, int thread)
     }
 }
 
-/* The old partners are not wanted any more: the owners take their array. */
-static void take_owners(ry_neighbor *b, ry_pairs *pairs)
+/* Old partners and rows are not wanted any more: owners and places take their arrays. */
+static void take_back(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs)
 {
-    if (pairs->i == NULL) {
+    if (pairs->i == NULL) { /* else the list has grown */
         swap(&pairs->i, &b->old.j);
     }
     free(b->old.j);
     b->old.j = NULL;
+    swap(&pairs->place, &b->old.row);
+    for (int32_t k = 0; k < g->n; k++) {
+        pairs->place[g->id[k]] = k;
+    }
 }
 
 /* Owners; and for each grain the slots in which it is the partner, in place of their owners, whose ids ascend. */
@@ -261,7 +266,6 @@ static void lay_rows(const ry_grains *g, ry_pairs *pairs)
         pairs->below_start[k] = below;
         above += n_above;
         below += n_below;
-        pairs->place[g->id[k]] = k;
     }
     pairs->row[g->n] = above;
     pairs->below_start[g->n] = below;
@@ -277,19 +281,35 @@ static void fill_up(ry_pairs *pairs, int32_t from, int32_t end)
     }
 }
 
-/* Partners, and who has a grain for a partner, in place. What does not fit is counted, and found again with more
- * room. */
+/* Partners, and who has a grain for a partner, in place. The grid's scratch is the stretches, which are not in use
+ * before the memory is given back; before the first list they are too short. */
+static ry_status find_once(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, ry_error *error)
+{
+    const size_t bytes = ry_grid_scratch(g->n);
+    void *const own = bytes > pairs->capacity * sizeof *pairs->slip ? ry_array(bytes, 1) : NULL;
+    if (own == NULL && bytes > pairs->capacity * sizeof *pairs->slip) {
+        return ry_no_memory(error, bytes);
+    }
+    ry_grid_fill(b, g, own != NULL ? own : pairs->slip);
+    lay_parts(b, pairs);
+    const int found = ry_grid_find(b, g, pairs);
+    free(own);
+    if (!found) {
+        return ry_no_memory(error, (size_t)g->n * 64);
+    }
+    lay_rows(g, pairs);
+    pairs->n = pairs->n_inner + count_wall_pairs(b, g);
+    return RY_OK;
+}
+
+/* What does not fit is counted, and found again with more room. */
 static ry_status find_pairs(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, ry_error *error)
 {
+    const size_t least = ry_grid_scratch(g->n) / sizeof *pairs->slip + 1;
     for (int fits = 0; !fits;) {
-        ry_grid_fill(b, g, pairs->slip); /* not in use before the memory is given back */
-        lay_parts(b, pairs);
-        if (!ry_grid_find(b, g, pairs)) {
-            return ry_no_memory(error, (size_t)g->n * 64);
-        }
-        lay_rows(g, pairs);
-        pairs->n = pairs->n_inner + count_wall_pairs(b, g);
-        const size_t wanted = (size_t)ry_pairs_fill(pairs->n) + (size_t)b->threads * 2 * RY_SPARE;
+        RY_TRY(find_once(b, g, pairs, error));
+        const size_t all = (size_t)ry_pairs_fill(pairs->n) + (size_t)b->threads * 2 * RY_SPARE;
+        const size_t wanted = all > least ? all : least;
         fits = !is_full(b) && wanted <= pairs->capacity;
         RY_TRY(ry_pairs_reserve(pairs, wanted, error));
     }
@@ -301,12 +321,11 @@ ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pair
 {
     const int had_list = b->rebuilds > 0;
     ry_fill_task task = {.neighbor = b, .grains = g, .pairs = pairs};
-    RY_TRY(ry_pairs_reserve(pairs, ry_grid_scratch(g->n) / sizeof *pairs->slip + 1, error));
     RY_TRY(ry_grid_lay(b, g, error));
     RY_TRY(set_memory_aside(b, pairs, error));
     RY_TRY(find_pairs(b, g, pairs, error));
     ry_parallel(b->threads, g->n, fill_rows, &task);
-    take_owners(b, pairs);
+    take_back(b, g, pairs);
     ry_parallel(b->threads, g->n, fill_below, &task);
     fill_walls(b, g, pairs, had_list);
     fill_up(pairs, pairs->row[g->n], pairs->n_inner);

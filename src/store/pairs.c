@@ -18,7 +18,7 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, unsign
 {
     const size_t n = (size_t)n_grains;
     *pairs = (ry_pairs){.n_grains = n_grains};
-    RY_TRY(make(&pairs->place, n, sizeof *pairs->place, error));
+    RY_TRY(make(&pairs->place, n + 1, sizeof *pairs->place, error));
     RY_TRY(make(&pairs->row, n + 1, sizeof *pairs->row, error));
     RY_TRY(make(&pairs->chunk, RY_MOST_THREADS + 1, sizeof *pairs->chunk, error));
     RY_TRY(make(&pairs->n_young, RY_MOST_THREADS + 1, sizeof *pairs->n_young, error));

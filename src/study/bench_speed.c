@@ -205,10 +205,10 @@ static void find_limit(row *r, int threads)
     r->moving = 1e9 * bytes * ry_limit_move((size_t)(bytes * r->n), threads);
 }
 
-static ry_status measure(row *r, ry_state *state, int quick, ry_error *error)
+/* `heap`: bytes in use before there was a state. */
+static ry_status measure(row *r, ry_state *state, double heap, int quick, ry_error *error)
 {
     ry_config config;
-    const double heap = ry_machine_heap();
     r->contacts = (double)state->contacts.n / r->n;
     ry_sim *const sim = create(r, sizes[r->size].tiles, state, &config, error);
     if (sim == NULL) {
@@ -233,12 +233,13 @@ static ry_status run_rows(study *s, ry_error *error)
     for (int k = 0; k < s->n; k++) {
         row *const r = &s->rows[k];
         ry_state state = {0};
+        const double heap = ry_machine_heap();
         const ry_status status = make_base(r, &state, error);
         if (status != RY_OK) {
             ry_state_free(&state);
             return status;
         }
-        RY_TRY(measure(r, &state, quick, error));
+        RY_TRY(measure(r, &state, heap, quick, error));
         say_row(s, r);
         ry_bench_progress(s->run);
     }
