@@ -2,7 +2,8 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * The neighbour list against looking at every pair: random clouds with sizes 1 to 5, bounded and
- * periodic, down to domains of one cell across. */
+ * periodic, down to domains of one cell across, listed by one to four threads, a second time when the
+ * grains have moved. */
 #include "scene_bench.h"
 #include "stage/neighbor.h"
 
@@ -12,8 +13,16 @@ typedef struct cloud {
     ry_pairs pairs;
 } cloud;
 
+static void list_pairs(cloud *c)
+{
+    ry_error error = {0};
+    if (ry_neighbor_rebuild(&c->neighbor, &c->state.grains, &c->pairs, &error) != RY_OK) {
+        fail_msg("%s", error.text);
+    }
+}
+
 static void make_cloud(cloud *c, int n, int periodic, double length, double height, double largest,
-                       double skin)
+                       double skin, int threads)
 {
     ry_error error = {0};
     *c = (cloud){0};
@@ -34,11 +43,18 @@ static void make_cloud(cloud *c, int n, int periodic, double length, double heig
                                 .skin_least = 0.1 * skin, .skin_most = 0.5 * skin, .horizon = 0.5 * skin,
                                 .n_walls = 1,
                                 .wall = {RY_WALL_FLOOR}};
-    assert_int_equal(ry_neighbor_create(&c->neighbor, g, 1, &error), RY_OK);
+    assert_int_equal(ry_neighbor_create(&c->neighbor, g, threads, &error), RY_OK);
     assert_int_equal(ry_pairs_create(&c->pairs, n, 1, RY_PAIRS_RESTS, &error), RY_OK);
-    if (ry_neighbor_rebuild(&c->neighbor, g, &c->pairs, &error) != RY_OK) {
-        fail_msg("%s", error.text);
+    list_pairs(c);
+}
+
+/* To a tenth of the height: there are many more pairs. */
+static void press_cloud(cloud *c)
+{
+    for (int k = 0; k < c->state.grains.n; k++) {
+        c->state.grains.z[k] *= 0.1;
     }
+    list_pairs(c);
 }
 
 static void free_cloud(cloud *c)
@@ -147,7 +163,9 @@ static void test_against_all_pairs(void **state)
         const double least = 2.0 * (largest + skin),
                      length = k % 3 == 0 ? least * evenly(1.0, 2.5) : evenly(8.0, 40.0);
         cloud c;
-        make_cloud(&c, n % 7 == 0 ? n + 1 : n, periodic, length, evenly(0.5, 20.0), largest, skin);
+        make_cloud(&c, n % 7 == 0 ? n + 1 : n, periodic, length, evenly(0.5, 20.0), largest, skin, 1 + k % 4);
+        check_cloud(&c);
+        press_cloud(&c);
         check_cloud(&c);
         free_cloud(&c);
     }

@@ -217,10 +217,10 @@ static ry_status measure(row *r, ry_state *state, double heap, int quick, ry_err
     }
     const double window = quick ? 2e5 : 3e6;
     ry_status status = ry_sim_step(sim, FEWEST_STEPS, error);
-    r->bytes = (ry_machine_heap() - heap) / r->n;
     if (status == RY_OK) {
         status = time_windows(r, sim, (long long)fmax(ceil(window / r->n), FEWEST_STEPS), error);
     }
+    r->bytes = (ry_machine_heap() - heap) / r->n;
     find_limit(r, sim->plan.threads);
     ry_sim_free(sim);
     ry_config_free(&config);
