@@ -166,7 +166,7 @@ static void say_fluid(const ry_writer *w, const ry_config *config, const ry_deri
     say(w, "  flux: q_b = q* x %.6g m^2/s (sphere volumes over a slab of width d)\n", q->flux_unit);
 }
 
-/* Bytes per grain of the arrays: state, what is kept of it, motion, neighbour list, and two and a half listed pairs. */
+/* Bytes per grain of the arrays: state, what is kept of it, motion, neighbour list, and 2.5 listed pairs. */
 static double memory_of(const ry_scene_size *size)
 {
     const double grains = (double)(size->explicit_grains + size->bed + size->floor);

@@ -286,14 +286,17 @@ static void fill_up(ry_pairs *pairs, int32_t from, int32_t end)
 static ry_status find_once(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, ry_error *error)
 {
     const size_t bytes = ry_grid_scratch(g->n);
-    void *const own = bytes > pairs->capacity * sizeof *pairs->slip ? ry_array(bytes, 1) : NULL;
-    if (own == NULL && bytes > pairs->capacity * sizeof *pairs->slip) {
+    const int is_short = bytes > pairs->capacity * sizeof *pairs->slip;
+    void *const scratch = is_short ? ry_array(bytes, 1) : pairs->slip;
+    if (scratch == NULL) {
         return ry_no_memory(error, bytes);
     }
-    ry_grid_fill(b, g, own != NULL ? own : pairs->slip);
+    ry_grid_fill(b, g, scratch);
     lay_parts(b, pairs);
     const int found = ry_grid_find(b, g, pairs);
-    free(own);
+    if (is_short) {
+        free(scratch);
+    }
     if (!found) {
         return ry_no_memory(error, (size_t)g->n * 64);
     }
