@@ -171,10 +171,30 @@ static void test_against_all_pairs(void **state)
     }
 }
 
+/* A grain that has gone astray, or is nowhere, spoils nothing for the others. */
+static void test_astray(void **state)
+{
+    (void)state;
+    const double places[] = {1e5, -1e30, 1e300, INFINITY, NAN};
+    set_seed("astray", 22);
+    for (int k = 0; k < 10; k++) {
+        cloud c;
+        make_cloud(&c, 100, k % 2, 12.0, 6.0, 1.0, 0.3, 1);
+        const int before = c.pairs.row[100];
+        c.state.grains.z[7] = places[k / 2];
+        list_pairs(&c);
+        check_cloud(&c);
+        assert_true(c.pairs.row[8] == c.pairs.row[7] && c.pairs.below_start[8] == c.pairs.below_start[7]);
+        assert_in_range(c.pairs.row[100], before - 20, before + 5);
+        free_cloud(&c);
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_against_all_pairs),
+        cmocka_unit_test(test_astray),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -187,6 +187,7 @@ void ry_grid_fill(ry_neighbor *b, const ry_grains *g, void *scratch)
     b->member_x = scratch;
     b->member_z = b->member_x + g->n + RY_SPARE;
     b->member_reach = (float *)(b->member_z + g->n + RY_SPARE);
+    b->member = b->own_member != NULL ? b->own_member : (int32_t *)(b->member_reach + g->n + RY_SPARE);
     memset(b->cell_start, 0, ((size_t)n_cells + 1) * sizeof *b->cell_start);
     count_members(b, g, b->cell_start);
     int32_t sum = 0;
@@ -232,7 +233,13 @@ static ry_status mark_busy(ry_neighbor *b, const ry_grains *g, ry_error *error)
 ry_status ry_grid_lay(ry_neighbor *b, const ry_grains *g, ry_error *error)
 {
     RY_TRY(lay_cells(b, g, error));
-    return b->has_sleepers ? mark_busy(b, g, error) : RY_OK;
+    if (!b->has_sleepers) {
+        return RY_OK;
+    }
+    if (b->own_member == NULL && (b->own_member = ry_array((size_t)g->n + RY_SPARE, sizeof(int32_t))) == NULL) {
+        return ry_no_memory(error, (size_t)g->n * sizeof(int32_t));
+    }
+    return mark_busy(b, g, error);
 }
 
 /* ---- the pairs ------------------------------------------------------------------------------ */

@@ -19,9 +19,8 @@ ry_status ry_neighbor_create(ry_neighbor *b, const ry_grains *grains, int thread
     b->x0 = ry_array(n, sizeof(double));
     b->z0 = ry_array(n, sizeof(double));
     b->limit2 = ry_array(n, sizeof(double));
-    b->member = ry_array(n + RY_SPARE, sizeof(int32_t));
     b->found = ry_array((size_t)threads, sizeof *b->found);
-    int whole = b->x0 && b->z0 && b->limit2 && b->member && b->found;
+    int whole = b->x0 && b->z0 && b->limit2 && b->found;
     for (int w = 0; w < b->n_walls; w++) {
         b->old.wall_slot[w] = ry_array(n, sizeof(int32_t));
         whole = whole && b->old.wall_slot[w];
@@ -39,7 +38,7 @@ static void free_old(struct ry_old *old)
 
 void ry_neighbor_free(ry_neighbor *b)
 {
-    void *const arrays[] = {b->x0, b->z0, b->limit2, b->member, b->cell_start, b->old.row, b->old.j, b->busy};
+    void *const arrays[] = {b->x0, b->z0, b->limit2, b->own_member, b->cell_start, b->old.row, b->old.j, b->busy};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }
@@ -282,7 +281,7 @@ static void fill_up(ry_pairs *pairs, int32_t from, int32_t end)
 }
 
 /* Partners, and who has a grain for a partner, in place. The grid's scratch is the stretches, which are not in use
- * before the memory is given back; before the first list they are too short. */
+ * before the memory is given back, unless they are too short. */
 static ry_status find_once(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, ry_error *error)
 {
     const size_t bytes = ry_grid_scratch(g->n);
@@ -308,11 +307,9 @@ static ry_status find_once(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, 
 /* What does not fit is counted, and found again with more room. */
 static ry_status find_pairs(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, ry_error *error)
 {
-    const size_t least = ry_grid_scratch(g->n) / sizeof *pairs->slip + 1;
     for (int fits = 0; !fits;) {
         RY_TRY(find_once(b, g, pairs, error));
-        const size_t all = (size_t)ry_pairs_fill(pairs->n) + (size_t)b->threads * 2 * RY_SPARE;
-        const size_t wanted = all > least ? all : least;
+        const size_t wanted = (size_t)ry_pairs_fill(pairs->n) + (size_t)b->threads * 2 * RY_SPARE;
         fits = !is_full(b) && wanted <= pairs->capacity;
         RY_TRY(ry_pairs_reserve(pairs, wanted, error));
     }

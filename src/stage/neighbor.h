@@ -42,7 +42,8 @@ typedef struct ry_neighbor {
     double per_cell_x, per_cell_z;       /* [1/m] */
     int32_t columns, rows;
     size_t n_cells_room;
-    int32_t *cell_start, *member; /* grains by cell */
+    int32_t *cell_start, *member; /* grains by cell; with sleepers they are known after the rebuild, too */
+    int32_t *own_member;          /* is `member` then; else NULL */
     ry_raster raster;
     uint32_t *member_x, *member_z; /* where they are, in units of the raster */
     float *member_reach;

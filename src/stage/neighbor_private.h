@@ -28,7 +28,7 @@ ry_status ry_grid_lay(ry_neighbor *neighbor, const ry_grains *grains, ry_error *
 /* Sorts the grains by cell. `scratch`: of so many bytes, in use until they are found. */
 RY_INLINE size_t ry_grid_scratch(int32_t n)
 {
-    return 3 * ((size_t)n + RY_SPARE) * sizeof(float);
+    return 4 * ((size_t)n + RY_SPARE) * sizeof(float);
 }
 
 void ry_grid_fill(ry_neighbor *neighbor, const ry_grains *grains, void *scratch);
