@@ -11,6 +11,7 @@
 #endif
 
 #include "base/memory.h"
+#include "stage/resting.h"
 
 /* A thread has to have this many grains before a second one pays. */
 enum { GRAINS_PER_THREAD = 4000 };
@@ -275,7 +276,11 @@ static ry_status start_sleep(ry_plan *plan, const ry_config *config, ry_state *s
     s->contact = &plan->contact;
     s->motion = &plan->motion;
     s->pairs = &plan->pairs;
+    s->sets = &plan->sets;
     s->flow = plan->has_fluid ? &plan->flow : NULL;
+    if (plan->has_fluid) {
+        RY_TRY(ry_resting_create(&plan->flow, &state->grains, error));
+    }
     ry_sleep_carry(s, plan->measure.impulse, sizeof *plan->measure.impulse);
     ry_sleep_carry(s, plan->measure.middle, sizeof *plan->measure.middle);
     return ry_sleep_create(s, error);
@@ -323,6 +328,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     RY_TRY(ry_neighbor_rebuild(b, g, &plan->pairs, error));
     plan->must_rebuild = 0;
     ry_pairs_import(&plan->pairs, state);
+    plan->sets = (ry_sets){.place = plan->pairs.place, .awake = plan->pairs.place, .n_awake = g->n};
     if (plan->has_fluid) {
         set_flow(plan, config);
         RY_TRY(ry_flow_create(&plan->flow, state, error));

@@ -13,6 +13,7 @@
 #include "stage/measure.h"
 #include "stage/motion.h"
 #include "stage/neighbor.h"
+#include "stage/sets.h"
 #include "stage/sleep.h"
 #include "store/pairs.h"
 #include "store/state.h"
@@ -49,6 +50,7 @@ struct ry_plan {
     ry_flow flow;
     ry_measure measure;
     ry_sleep sleep;
+    ry_sets sets;
     double *tau_fluid; /* nz, scratch of measuring [Pa] */
     int n_stages;
     ry_stage stage[RY_MOST_STAGES];

@@ -22,6 +22,12 @@ RY_INLINE double *ry_column_sums(const ry_flow *f, int32_t block, int row)
     return f->sums + ((size_t)block * RY_SUM_COUNT + (size_t)row) * ry_column_row_length(f);
 }
 
+RY_INLINE double ry_column_volume(double r)
+{
+    const double d = 2.0 * r;
+    return M_PI / 6.0 * d * d * d;
+}
+
 /* One advance of model balance under the bed shear stress tau, from the total sums [Pa]. */
 void ry_column_balance(ry_flow *flow, ry_column *column, double tau);
 

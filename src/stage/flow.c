@@ -18,6 +18,7 @@
 #include "law/drag.h"
 #include "stage/column.h"
 #include "stage/four.h"
+#include "stage/resting.h"
 #include "stage/slices.h"
 
 double ry_flow_stress(const ry_flow *f, int64_t step)
@@ -32,12 +33,6 @@ RY_INLINE double area_of(double density, double r)
 {
     const double d = 2.0 * r;
     return 0.125 * M_PI * density * d * d;
-}
-
-RY_INLINE double volume_of(double r)
-{
-    const double d = 2.0 * r;
-    return M_PI / 6.0 * d * d * d;
 }
 
 /* Between which two faces a grain is, and how far from the lower one. */
@@ -108,9 +103,13 @@ RY_INLINE void see_block(const ry_flow *f, const double *z, int32_t n, ry_seen *
     }
 }
 
+/* Whose force is wanted: of those awake, with what pushes exposed grains or to be summed up there; or of sleepers. */
+enum { SUMMED, PUSHED, RESTING, RESTING_PUSHED, WAYS };
+
 RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, int32_t n,
-                            ry_flow_drag law, int pushed)
+                            ry_flow_drag law, int way)
 {
+    const int pushed = way == PUSHED || way == RESTING_PUSHED, rests = way == RESTING || way == RESTING_PUSHED;
     ry_seen seen;
     const double dt = f->dt, c = f->drag_coefficient, density = f->density;
     const double *const vx = g->vx + begin, *const vz = g->vz + begin, *const radius = g->radius + begin;
@@ -118,6 +117,8 @@ RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, ry_motion *m, 
     const double *const im = m->im + begin, *const weight = m->weight + begin;
     double *restrict const push = g->push + begin, *restrict const gx = m->gx + begin;
     double *restrict const gz = m->gz + begin;
+    double *restrict const force = rests ? f->resting.force + begin : NULL;
+    double *restrict const slope = rests ? f->resting.slope + begin : NULL;
     see_block(f, g->z + begin, n, &seen);
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
@@ -125,40 +126,51 @@ RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, ry_motion *m, 
         const double rate = drag_rate(rx, vz[k], area_of(density, radius[k]), viscous[k], seen.hinder[k], c, law);
         const double b = rate * dt * im[k];
         const double share = 1.0 / (1.0 + b);
-        const double along = volume_of(radius[k]) * seen.gradient[k] + (pushed ? push[k] : 0.0);
+        const double along = ry_column_volume(radius[k]) * seen.gradient[k] + (pushed ? push[k] : 0.0);
         gx[k] = (b * rx + along * dt * im[k]) * share;
         gz[k] = (weight[k] - b * vz[k]) * share;
-        if (!pushed) {
+        if (rests) {
+            force[k] = (rate * rx + along) * share;
+            slope[k] = rate * share;
+        } else if (!pushed) {
             push[k] += (rate * rx + along) * share;
         }
     }
 }
 
 RY_INLINE void sample_body(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin,
-                           int32_t end, ry_flow_drag law, int pushed)
+                           int32_t end, ry_flow_drag law, int way)
 {
     for (int32_t k = begin; k < end; k += BLOCK) {
-        sample_block(f, g, m, k, end - k < BLOCK ? end - k : BLOCK, law, pushed);
+        sample_block(f, g, m, k, end - k < BLOCK ? end - k : BLOCK, law, way);
     }
 }
 
-#define SAMPLE(name, law, pushed)                                                               \
+#define SAMPLE(name, law, way)                                                                  \
     RY_CLONES static void name(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, \
                                int32_t end)                                                     \
     {                                                                                           \
-        sample_body(f, g, m, begin, end, law, pushed);                                          \
+        sample_body(f, g, m, begin, end, law, way);                                             \
     }
-SAMPLE(sample_dallavalle, RY_FLOW_DALLAVALLE, 0)
-SAMPLE(sample_schiller, RY_FLOW_SCHILLER, 0)
-SAMPLE(sample_ferguson, RY_FLOW_FERGUSON, 0)
-SAMPLE(sample_dallavalle_pushed, RY_FLOW_DALLAVALLE, 1)
-SAMPLE(sample_schiller_pushed, RY_FLOW_SCHILLER, 1)
-SAMPLE(sample_ferguson_pushed, RY_FLOW_FERGUSON, 1)
+SAMPLE(sample_dallavalle, RY_FLOW_DALLAVALLE, SUMMED)
+SAMPLE(sample_schiller, RY_FLOW_SCHILLER, SUMMED)
+SAMPLE(sample_ferguson, RY_FLOW_FERGUSON, SUMMED)
+SAMPLE(sample_dallavalle_pushed, RY_FLOW_DALLAVALLE, PUSHED)
+SAMPLE(sample_schiller_pushed, RY_FLOW_SCHILLER, PUSHED)
+SAMPLE(sample_ferguson_pushed, RY_FLOW_FERGUSON, PUSHED)
+SAMPLE(rest_dallavalle, RY_FLOW_DALLAVALLE, RESTING)
+SAMPLE(rest_schiller, RY_FLOW_SCHILLER, RESTING)
+SAMPLE(rest_ferguson, RY_FLOW_FERGUSON, RESTING)
+SAMPLE(rest_dallavalle_pushed, RY_FLOW_DALLAVALLE, RESTING_PUSHED)
+SAMPLE(rest_schiller_pushed, RY_FLOW_SCHILLER, RESTING_PUSHED)
+SAMPLE(rest_ferguson_pushed, RY_FLOW_FERGUSON, RESTING_PUSHED)
 
 typedef void sample_fn(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, int32_t end);
-static sample_fn *const samplers[2][3] = {
+static sample_fn *const samplers[WAYS][3] = {
     {sample_dallavalle, sample_schiller, sample_ferguson},
     {sample_dallavalle_pushed, sample_schiller_pushed, sample_ferguson_pushed},
+    {rest_dallavalle, rest_schiller, rest_ferguson},
+    {rest_dallavalle_pushed, rest_schiller_pushed, rest_ferguson_pushed},
 };
 
 /* Lift by the difference of u^2 between the top and the bottom of a grain (Wiberg & Smith 1985,
@@ -180,18 +192,24 @@ typedef struct ry_flow_task {
     const ry_state *state;
     const ry_grains *grains;
     ry_motion *motion;
-    const int32_t *place;
+    const ry_sets *sets;
+    int32_t n_awake; /* blocks of those awake; the others are of sleepers */
     int32_t first; /* block */
 } ry_flow_task;
+
+static void sample_range(const ry_flow_task *t, int32_t begin, int32_t end, int way)
+{
+    samplers[way][t->flow->drag](t->flow, t->grains, t->motion, begin, end);
+    if (t->flow->lift > 0.0) {
+        add_lift(t->flow, t->grains, t->motion, begin, end);
+    }
+}
 
 static void sample_grains(void *context, int32_t begin, int32_t end, int thread)
 {
     const ry_flow_task *const t = context;
     (void)thread;
-    samplers[t->flow->model == RY_FLOW_STRESS][t->flow->drag](t->flow, t->grains, t->motion, begin, end);
-    if (t->flow->lift > 0.0) {
-        add_lift(t->flow, t->grains, t->motion, begin, end);
-    }
+    sample_range(t, begin, end, t->flow->model == RY_FLOW_STRESS ? PUSHED : SUMMED);
 }
 
 void ry_flow_sample(const ry_flow *f, const ry_grains *g, ry_motion *m)
@@ -200,17 +218,10 @@ void ry_flow_sample(const ry_flow *f, const ry_grains *g, ry_motion *m)
     ry_parallel(f->threads, m->n_awake, sample_grains, &task);
 }
 
-void ry_flow_sample_asleep(const ry_flow *f, ry_grains *g, ry_motion *m)
+void ry_flow_sample_asleep(const ry_flow *f, const ry_grains *g, ry_motion *m)
 {
-    ry_flow_task task = {.flow = f, .grains = g, .motion = m};
-    const int32_t first = m->n_awake, n = g->n - first;
-    if (f->model != RY_FLOW_STRESS) {
-        memset(g->push + first, 0, (size_t)n * sizeof *g->push);
-    }
-    sample_grains(&task, first, g->n, 0);
-    for (int32_t k = first; f->model != RY_FLOW_STRESS && k < g->n; k++) {
-        g->push[k] *= f->advance; /* nothing changes before the next advance, which wants the sum of all steps */
-    }
+    const ry_flow_task task = {.flow = f, .grains = g, .motion = m};
+    sample_range(&task, m->n_awake, g->n, f->model == RY_FLOW_STRESS ? RESTING_PUSHED : RESTING);
 }
 
 /* ---- what the column gets -------------------------------------------------------------------- */
@@ -232,20 +243,19 @@ RY_INLINE void spread(double *volumes, double *forces, double *slopes, const ry_
     }
 }
 
-/* Sums of a block into the rows `at`. */
-RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const ry_motion *m, const int32_t *place,
+/* Sums of a block of awake grains into the rows `at`. */
+RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const ry_motion *m, const ry_sets *sets,
                       int32_t block, int32_t at)
 {
     const ry_grains *const g = &state->grains;
     const ry_column *const c = &state->column;
     const int32_t first = block * RY_SUM_BLOCK;
-    const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
+    const int32_t end = first + RY_SUM_BLOCK < sets->n_awake ? first + RY_SUM_BLOCK : sets->n_awake;
     double *const volumes = ry_column_sums(f, at, RY_SUM_VOLUME);
     double *const forces = ry_column_sums(f, at, RY_SUM_FORCE);
     double *const slopes = ry_column_sums(f, at, RY_SUM_SLOPE);
-    memset(volumes, 0, RY_SUM_COUNT * ry_column_row_length(f) * sizeof(double));
-    for (int32_t id = first; id < end; id++) {
-        const int32_t k = place[id];
+    for (int32_t rank = first; rank < end; rank++) {
+        const int32_t k = sets->awake[rank];
         double force = 0.0, slope = 0.0;
         if (f->model == RY_FLOW_BALANCE) {
             const ry_spot spot = find_spot(f, g->z[k]);
@@ -256,7 +266,7 @@ RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const r
             slope = rate / (1.0 + rate * f->dt * m->im[k]);
         }
         const double z = g->z[k], r = g->radius[k];
-        spread(volumes, forces, slopes, ry_slice_span(z, r, 1.0 / c->dz, c->nz), c->dz, z, r, volume_of(r),
+        spread(volumes, forces, slopes, ry_slice_span(z, r, 1.0 / c->dz, c->nz), c->dz, z, r, ry_column_volume(r),
                force, slope);
     }
 }
@@ -264,21 +274,41 @@ RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const r
 static void sum_blocks(void *context, int32_t begin, int32_t end, int thread)
 {
     const ry_flow_task *const t = context;
+    const ry_flow *const f = t->flow;
     (void)thread;
-    for (int32_t block = begin; block < end; block++) {
-        sum_block(t->flow, t->state, t->motion, t->place, t->first + block, block);
+    for (int32_t at = begin; at < end; at++) {
+        const int32_t block = t->first + at;
+        memset(ry_column_sums(f, at, 0), 0, RY_SUM_COUNT * ry_column_row_length(f) * sizeof(double));
+        if (block < t->n_awake) {
+            sum_block(f, t->state, t->motion, t->sets, block, at);
+        } else {
+            const int32_t first = (block - t->n_awake) * RY_SUM_BLOCK, left = t->sets->n_asleep - first;
+            ry_resting_sum(f, &t->state->grains, t->sets, first, first + (left < RY_SUM_BLOCK ? left : RY_SUM_BLOCK),
+                           ry_column_sums(f, at, RY_SUM_FORCE), ry_column_sums(f, at, RY_SUM_SLOPE));
+        }
     }
 }
 
-/* Sums over fixed blocks of ids, then over the blocks in order: no thread count shows. */
-static void sum_grains(ry_flow *f, const ry_state *state, ry_motion *m, const int32_t *place)
+static int32_t count_blocks(int32_t n)
+{
+    return (n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK;
+}
+
+/* Sums over fixed blocks in ascending id, then over the blocks in order: no thread count shows. */
+static void sum_grains(ry_flow *f, const ry_state *state, ry_motion *m, const ry_sets *sets)
 {
     const size_t width = RY_SUM_COUNT * ry_column_row_length(f);
-    ry_flow_task task = {.flow = f, .state = state, .motion = m, .place = place};
+    ry_flow_task task = {.flow = f, .state = state, .motion = m, .sets = sets};
+    task.n_awake = count_blocks(sets->n_awake);
+    const int32_t n_blocks = task.n_awake + (f->model == RY_FLOW_BALANCE ? count_blocks(sets->n_asleep) : 0);
     double *const total = f->sums + (size_t)f->at_once * width;
     memset(total, 0, width * sizeof *total);
-    for (; task.first < f->n_blocks; task.first += f->at_once) {
-        const int32_t left = f->n_blocks - task.first, n = left < f->at_once ? left : f->at_once;
+    if (sets->n_asleep > 0) {
+        memcpy(ry_column_sums(f, f->at_once, RY_SUM_VOLUME), f->resting.volumes,
+               ry_column_row_length(f) * sizeof *total);
+    }
+    for (; task.first < n_blocks; task.first += f->at_once) {
+        const int32_t left = n_blocks - task.first, n = left < f->at_once ? left : f->at_once;
         ry_parallel(f->threads, n, sum_blocks, &task);
         for (int32_t block = 0; block < n; block++) {
             const double *const part = f->sums + (size_t)block * width;
@@ -371,11 +401,12 @@ static void push_exposed(ry_flow *f, ry_grains *g, const int32_t *place, double 
 
 /* ---- advance --------------------------------------------------------------------------------- */
 
-void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const int32_t *place)
+void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const ry_sets *sets)
 {
     ry_column *const c = &state->column;
     const double tau = ry_flow_stress(f, state->step);
-    sum_grains(f, state, m, place);
+    ry_resting_update(f, &state->grains, sets);
+    sum_grains(f, state, m, sets);
     if (f->model != RY_FLOW_STRESS) {
         memset(state->grains.push, 0, (size_t)state->grains.n * sizeof *state->grains.push);
     }
@@ -387,7 +418,7 @@ void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const int32_t *p
         } else if (f->model == RY_FLOW_LOG) {
             ry_column_log(f, c, tau);
         } else if (f->model == RY_FLOW_STRESS) {
-            push_exposed(f, &state->grains, place, tau);
+            push_exposed(f, &state->grains, sets->place, tau);
         }
     }
     ry_column_refresh(f, c, 0, ry_column_faces(f));
@@ -401,8 +432,8 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
     const size_t n = (size_t)g->n, nz = (size_t)state->column.nz;
     f->nz = state->column.nz;
     f->dz = state->column.dz;
-    f->n_blocks = (g->n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK;
-    f->at_once = f->n_blocks < RY_SUM_AT_ONCE * f->threads ? f->n_blocks : RY_SUM_AT_ONCE * f->threads;
+    const int32_t n_blocks = count_blocks(g->n);
+    f->at_once = n_blocks < RY_SUM_AT_ONCE * f->threads ? n_blocks : RY_SUM_AT_ONCE * f->threads;
     f->n_bins = f->model == RY_FLOW_STRESS ? (int32_t)ceil(8.0 * f->length / f->d) : 0;
     f->viscous = ry_array(n, sizeof(double));
     f->face = ry_array(nz + 1, sizeof *f->face);
@@ -443,5 +474,6 @@ void ry_flow_free(ry_flow *f)
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }
+    ry_resting_free(f);
     *f = (ry_flow){0};
 }

@@ -10,6 +10,8 @@
 #define RY_STAGE_FLOW_H
 
 #include "stage/motion.h"
+#include "stage/sets.h"
+#include "stage/slices.h"
 #include "store/state.h"
 
 /* The order of ry_fluid, ry_drag and ry_mixing in ryusa/config.h. */
@@ -24,6 +26,22 @@ typedef enum { RY_FLOW_LI_SAWAMOTO, RY_FLOW_DURAN, RY_FLOW_DURAN_MOVING } ry_flo
 
 /* At a face: mean velocity, stress gradient and factor of the drag for a grain centred there [m/s, Pa/m, 1]. */
 enum { RY_FACE_U, RY_FACE_GRADIENT, RY_FACE_HINDER, RY_FACE_SPARE, RY_FACE };
+
+/* A run of cells that a sleeper reaches, and its parts in them. */
+typedef struct ry_imprint {
+    double z; /* where it lay [m]; NAN: never */
+    double part[RY_SLICES];
+    int32_t first; /* cell */
+} ry_imprint;
+
+/* The sleepers, as the column sees them (stage/resting.h). */
+typedef struct ry_resting {
+    int64_t changes;   /* sets for which it was made; -1: none */
+    double *volumes;   /* in the cells, as a row of sums [m^3] */
+    double *force, *slope; /* n: what the fluid gives a sleeper, and its derivative by u [N, kg/s] */
+    ry_imprint *imprint; /* n x runs, by id */
+    int32_t runs;      /* that the largest grain may need */
+} ry_resting;
 
 typedef struct ry_flow {
     ry_flow_model model;
@@ -44,10 +62,11 @@ typedef struct ry_flow {
      * because a grain looks at all of it at two faces; the rows are where it is made. */
     double (*face)[RY_FACE];
     double *u, *gradient, *hinder;
-    /* What an advance sums over the grains: rows of nz, one set per block of ids that are summed at once, then the
+    /* What an advance sums over the grains: rows of nz, one set per block of grains that are summed at once, then the
      * total. */
     double *sums;
-    int32_t n_blocks, at_once;
+    int32_t at_once;
+    ry_resting resting;
     /* The cells valid .. nz-1, clear flow above the grains, are not computed before somebody looks at them: they
      * follow from valid_length, the mixing length below them, and tau_now, the stress [m, Pa]. */
     int32_t clear, valid, faces; /* clear: the first cell of it; faces: of the tables */
@@ -75,11 +94,10 @@ void ry_flow_reach(ry_flow *flow, ry_column *column, double highest);
 /* Fills motion->gx, gz. */
 void ry_flow_sample(const ry_flow *flow, const ry_grains *grains, ry_motion *motion);
 
-/* The same for those that sleep, the grains from motion->n_awake on: grains->push is then what an advance will want. */
-void ry_flow_sample_asleep(const ry_flow *flow, ry_grains *grains, ry_motion *motion);
+/* The same for those that sleep, the grains from motion->n_awake on; and flow->resting.force and slope. */
+void ry_flow_sample_asleep(const ry_flow *flow, const ry_grains *grains, ry_motion *motion);
 
-/* `place`: storage index of an id. */
-void ry_flow_advance(ry_flow *flow, ry_state *state, ry_motion *motion, const int32_t *place);
+void ry_flow_advance(ry_flow *flow, ry_state *state, ry_motion *motion, const ry_sets *sets);
 
 /* Height at which the solid fraction, averaged over a diameter, falls to half of its largest [m]. */
 double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d);

@@ -109,7 +109,7 @@ static void sample_asleep(const ry_sleep *s)
         ry_flow_sample_asleep(s->flow, &s->state->grains, s->motion);
     }
     for (int32_t k = m->n_awake; k < s->state->grains.n; k++) {
-        m->cx[k] = m->im[k] > 0.0 ? -m->gx[k] / m->im[k] : 0.0;
+        m->cx[k] = s->flow != NULL ? -s->flow->resting.force[k] * m->dt : 0.0;
     }
 }
 
@@ -165,9 +165,8 @@ static void forget_sleep(const ry_sleep *s, int32_t k)
 #undef FORGET
     q->from_x[k] = g->x[k];
     q->from_z[k] = g->z[k];
-    if (s->flow != NULL && s->flow->model != RY_FLOW_STRESS) { /* the steps that the advance will not have seen */
-        const int advance = s->flow->advance;
-        g->push[k] *= (double)(s->state->step % advance + 1) / advance;
+    if (s->flow != NULL && s->flow->model != RY_FLOW_STRESS) { /* so much since the last advance */
+        g->push[k] = s->flow->resting.force[k] * (double)(s->state->step % s->flow->advance + 1);
     }
 }
 
@@ -185,6 +184,7 @@ static ry_status reform(ry_sleep *s, ry_error *error)
     s->neighbor->was = s->was;
     RY_TRY(ry_neighbor_rebuild(s->neighbor, g, s->pairs, error));
     s->neighbor->was = NULL;
+    ry_sleep_list_sets(s);
     ry_sleep_thaw(s);
     ry_sleep_sum_frozen(s);
     list_watch(s);
@@ -390,6 +390,8 @@ static void carry_state(ry_sleep *s)
     }
     if (s->flow != NULL) {
         ry_sleep_carry(s, s->flow->viscous, sizeof(double));
+        ry_sleep_carry(s, s->flow->resting.force, sizeof(double));
+        ry_sleep_carry(s, s->flow->resting.slope, sizeof(double));
     }
     ry_sleep_carry(s, s->mark, sizeof *s->mark);
 }
@@ -400,6 +402,8 @@ static ry_status make_arrays(ry_sleep *s, ry_error *error)
     s->held = ry_array(n, sizeof *s->held);
     s->felt = ry_array(n, sizeof *s->felt);
     s->n_frozen = ry_array(n, sizeof *s->n_frozen);
+    s->awake = ry_array(n, sizeof *s->awake);
+    s->asleep = ry_array(n, sizeof *s->asleep);
     s->watch = ry_array(n, sizeof *s->watch);
     s->woken = ry_array(n, sizeof *s->woken);
     s->home = ry_array(n, sizeof *s->home);
@@ -410,7 +414,7 @@ static ry_status make_arrays(ry_sleep *s, ry_error *error)
     s->own_load = ry_array(n, sizeof *s->own_load);
     s->scratch = ry_array(n, sizeof(double));
     return s->held && s->felt && s->n_frozen && s->watch && s->woken && s->home && s->was && s->now && s->moved &&
-                   s->mark && s->own_load && s->scratch
+                   s->mark && s->own_load && s->scratch && s->awake && s->asleep
                ? RY_OK
                : ry_no_memory(error, n * 100);
 }
@@ -436,6 +440,7 @@ ry_status ry_sleep_create(ry_sleep *s, ry_error *error)
     for (int32_t k = m->n_awake; k < g->n; k++) {
         m->highest_asleep = g->z[k] > m->highest_asleep ? g->z[k] : m->highest_asleep;
     }
+    ry_sleep_list_sets(s);
     RY_TRY(ry_sleep_take_frozen(s, error));
     sample_asleep(s);
     ry_sleep_sum_frozen(s);
@@ -446,7 +451,7 @@ ry_status ry_sleep_create(ry_sleep *s, ry_error *error)
 void ry_sleep_free(ry_sleep *s)
 {
     void *const arrays[] = {s->held, s->felt, s->n_frozen, s->watch, s->woken, s->home,    s->was,
-                            s->now,  s->moved,    s->mark,  s->own_load, s->scratch};
+                            s->now,  s->moved,    s->mark,  s->own_load, s->scratch, s->awake, s->asleep};
     for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++) {
         free(arrays[a]);
     }

@@ -49,6 +49,8 @@ typedef struct ry_sleep {
     ry_motion *motion;
     ry_pairs *pairs;
     ry_flow *flow;        /* NULL: no fluid */
+    ry_sets *sets;
+    int32_t *awake, *asleep; /* n: those of the sets */
 
     ry_contacts frozen;   /* of two sleepers, sorted */
     double (*held)[RY_SLOT]; /* n: what they give each grain [N s] */

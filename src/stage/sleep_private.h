@@ -12,6 +12,9 @@
 void ry_sleep_order_woken(ry_sleep *sleep);
 void ry_sleep_order_all(ry_sleep *sleep);
 
+/* The sets, when grains have changed places. */
+void ry_sleep_list_sets(ry_sleep *sleep);
+
 /* Moves everything to the order of sleep->was. */
 void ry_sleep_carry_all(ry_sleep *sleep);
 

@@ -72,6 +72,20 @@ void ry_sleep_order_all(ry_sleep *s)
     }
 }
 
+void ry_sleep_list_sets(ry_sleep *s)
+{
+    const int32_t *const place = s->pairs->place;
+    const int32_t n = s->state->grains.n, first = s->motion->n_awake;
+    int32_t awake = 0, asleep = 0;
+    for (int32_t id = 0; id < n; id++) { /* each has room for one behind its end */
+        const int32_t k = place[id];
+        s->awake[awake] = s->asleep[asleep] = k;
+        awake += k < first;
+        asleep += k >= first;
+    }
+    *s->sets = (ry_sets){place, s->awake, s->asleep, awake, asleep, s->sets->changes + 1};
+}
+
 /* ---- frozen contacts ------------------------------------------------------------------------- */
 
 static int sleeps(const ry_sleep *s, int32_t id)
