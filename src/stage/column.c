@@ -26,6 +26,9 @@ static double longer(const ry_flow *f, const ry_column *c, double still, double 
         const double room = 1.0 - c->phi[k] / RY_FLOW_PHI_MAX;
         return room > 0.0 ? l + RY_FLOW_KAPPA * room * c->dz : l;
     }
+    if (c->u[k] <= still && l > 0.0) {
+        return l; /* what follows, in short */
+    }
     const double u = c->u[k] > still ? c->u[k] - still : 0.0;
     const double seed = l > 0.0 ? l : RY_FLOW_KAPPA * c->dz;
     return l + RY_FLOW_KAPPA * c->dz * (1.0 - ry_exp(-sqrt(u * seed / (7.0 * f->viscosity))));

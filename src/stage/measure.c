@@ -27,6 +27,11 @@ static size_t above_top(const ry_measure *m)
     return row_length(m) - 1;
 }
 
+static int32_t count_blocks(int32_t n)
+{
+    return (n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK;
+}
+
 static double *row(const ry_measure *m, double *sums, int which)
 {
     return sums + (size_t)which * row_length(m);
@@ -37,6 +42,18 @@ static void rows_of(const ry_measure *m, double **rows)
 {
     double *const all[N_ROWS] = {m->phi, m->moving, m->transport, m->tau_grain, m->u_fluid, m->tau_fluid};
     memcpy(rows, all, sizeof all);
+}
+
+static void add_still(const ry_measure *m, const ry_grains *g, int32_t k, double *volumes)
+{
+    const double z = g->z[k], r = g->radius[k];
+    const ry_span span = ry_slice_span(z, r, 1.0 / m->dz, m->nz);
+    for (int32_t first = span.first; first <= span.last; first += RY_SLICES) {
+        for (int32_t four = 0; four < RY_SLICE_FOURS; four++) {
+            const ry_four part = ry_slice_cut((first * m->dz - z) / r, m->dz / r, four).part;
+            ry_slice_add(volumes + first + 4 * four, 4.0 / 3.0 * M_PI * r * r * r * part);
+        }
+    }
 }
 
 /* Volumes of the fixed grains, once and for all; in ascending id. */
@@ -50,17 +67,27 @@ static ry_status sum_fixed(ry_measure *m, const ry_grains *g, ry_error *error)
         place[g->id[k]] = k;
     }
     for (int32_t id = 0; id < g->n; id++) {
-        const double z = g->z[place[id]], r = g->radius[place[id]];
-        const ry_span span = ry_slice_span(z, r, 1.0 / m->dz, m->nz);
-        for (int32_t first = span.first; g->fixed[place[id]] && first <= span.last; first += RY_SLICES) {
-            for (int32_t four = 0; four < RY_SLICE_FOURS; four++) {
-                const ry_four part = ry_slice_cut((first * m->dz - z) / r, m->dz / r, four).part;
-                ry_slice_add(m->still + first + 4 * four, 4.0 / 3.0 * M_PI * r * r * r * part);
-            }
+        if (g->fixed[place[id]]) {
+            add_still(m, g, place[id], m->still);
         }
     }
     free(place);
     return RY_OK;
+}
+
+/* And of the sleepers, when they have changed. */
+RY_CLONES static void sum_asleep(ry_measure *m, const ry_grains *g, const ry_sets *sets)
+{
+    if (m->changes == sets->changes) {
+        return;
+    }
+    memset(m->asleep, 0, row_length(m) * sizeof *m->asleep);
+    for (int32_t rank = 0; rank < sets->n_asleep; rank++) {
+        if (!g->fixed[sets->asleep[rank]]) {
+            add_still(m, g, sets->asleep[rank], m->asleep);
+        }
+    }
+    m->changes = sets->changes;
 }
 
 ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length, double d, int threads,
@@ -69,8 +96,9 @@ ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length,
     const size_t nz = (size_t)state->column.nz;
     *m = (ry_measure){.n = state->grains.n, .nz = state->column.nz, .dz = state->column.dz, .length = length, .d = d,
                       .threads = threads, .window = window,
-                      .n_blocks = (state->grains.n + RY_SUM_BLOCK - 1) / RY_SUM_BLOCK};
-    m->at_once = m->n_blocks < RY_SUM_AT_ONCE * threads ? m->n_blocks : RY_SUM_AT_ONCE * threads;
+                      .changes = -1};
+    const int32_t n_blocks = count_blocks(m->n);
+    m->at_once = n_blocks < RY_SUM_AT_ONCE * threads ? n_blocks : RY_SUM_AT_ONCE * threads;
     double **const rows[] = {&m->phi, &m->moving, &m->transport, &m->tau_grain, &m->u_fluid, &m->tau_fluid};
     for (int r = 0; r < N_ROWS; r++) {
         *rows[r] = ry_array(nz, sizeof(double));
@@ -85,8 +113,9 @@ ry_status ry_measure_create(ry_measure *m, const ry_state *state, double length,
         return ry_no_memory(error, 2 * n * sizeof(double));
     }
     m->still = ry_array(row_length(m), sizeof(double));
+    m->asleep = ry_array(row_length(m), sizeof(double));
     m->sums = ry_array(((size_t)m->at_once + 1) * ROW_COUNT * row_length(m), sizeof(double));
-    if (m->still == NULL || m->sums == NULL) {
+    if (m->still == NULL || m->asleep == NULL || m->sums == NULL) {
         return ry_no_memory(error, (size_t)m->at_once * ROW_COUNT * nz * 8);
     }
     return sum_fixed(m, &state->grains, error);
@@ -102,6 +131,7 @@ void ry_measure_free(ry_measure *m)
     free(m->impulse);
     free(m->middle);
     free(m->still);
+    free(m->asleep);
     free(m->sums);
     *m = (ry_measure){0};
 }
@@ -171,7 +201,8 @@ typedef struct ry_measure_task {
     ry_measure *measure;
     const ry_state *state;
     const ry_motion *motion;
-    const int32_t *place;
+    const ry_sets *sets;
+    int32_t n_awake; /* blocks of those awake; the others are of sleepers */
     int32_t first; /* block */
 } ry_measure_task;
 
@@ -248,16 +279,17 @@ RY_INLINE void add_forces(const ry_measure *m, double *sums, const ry_reach *at,
     }
 }
 
+/* Of those awake. */
 RY_CLONES static void sum_block(const ry_measure *m, const ry_state *state, const ry_motion *motion,
-                      const int32_t *place, int32_t block, double *sums)
+                      const ry_sets *sets, int32_t block, double *sums)
 {
     const ry_grains *const g = &state->grains;
     const int32_t first = block * RY_SUM_BLOCK;
-    const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
+    const int32_t end = first + RY_SUM_BLOCK < sets->n_awake ? first + RY_SUM_BLOCK : sets->n_awake;
     const double per_dz = 1.0 / m->dz, per_dt = 1.0 / motion->dt, per_tally = per_dt / m->tallied;
     memset(sums, 0, ROW_COUNT * row_length(m) * sizeof *sums);
-    for (int32_t id = first; id < end; id++) {
-        const int32_t k = place[id];
+    for (int32_t rank = first; rank < end; rank++) {
+        const int32_t k = sets->awake[rank];
         if (motion->im[k] == 0.0) {
             continue; /* in `still`, and nothing acts through it */
         }
@@ -268,26 +300,49 @@ RY_CLONES static void sum_block(const ry_measure *m, const ry_state *state, cons
     }
 }
 
+/* Of sleepers: forces only. */
+RY_CLONES static void sum_block_asleep(const ry_measure *m, const ry_grains *g, const ry_motion *motion,
+                                       const ry_sets *sets, int32_t block, double *sums)
+{
+    const int32_t first = block * RY_SUM_BLOCK;
+    const int32_t end = first + RY_SUM_BLOCK < sets->n_asleep ? first + RY_SUM_BLOCK : sets->n_asleep;
+    const double per_dz = 1.0 / m->dz, per_dt = 1.0 / motion->dt, per_tally = per_dt / m->tallied;
+    memset(sums, 0, ROW_COUNT * row_length(m) * sizeof *sums);
+    for (int32_t rank = first; rank < end; rank++) {
+        const int32_t k = sets->asleep[rank];
+        if (motion->im[k] != 0.0) {
+            const ry_reach halfway = reach(m, per_dz, m->middle[k], g->radius[k]);
+            add_forces(m, sums, &halfway, m->impulse[k] * per_tally, motion->gx[k] / motion->im[k] * per_dt);
+        }
+    }
+}
+
 /* ---- all grains ------------------------------------------------------------------------------ */
 
 static void sum_blocks(void *context, int32_t begin, int32_t end, int thread)
 {
     const ry_measure_task *const t = context;
     (void)thread;
-    for (int32_t block = begin; block < end; block++) {
-        double *const sums = t->measure->sums + (size_t)block * ROW_COUNT * row_length(t->measure);
-        sum_block(t->measure, t->state, t->motion, t->place, t->first + block, sums);
+    for (int32_t at = begin; at < end; at++) {
+        double *const sums = t->measure->sums + (size_t)at * ROW_COUNT * row_length(t->measure);
+        const int32_t block = t->first + at;
+        if (block < t->n_awake) {
+            sum_block(t->measure, t->state, t->motion, t->sets, block, sums);
+        } else {
+            sum_block_asleep(t->measure, &t->state->grains, t->motion, t->sets, block - t->n_awake, sums);
+        }
     }
 }
 
-static double *sum_grains(ry_measure *m, const ry_state *state, const ry_motion *motion, const int32_t *place)
+static double *sum_grains(ry_measure *m, const ry_state *state, const ry_motion *motion, const ry_sets *sets)
 {
+    const int32_t n_awake = count_blocks(sets->n_awake), n_blocks = n_awake + count_blocks(sets->n_asleep);
     const size_t width = ROW_COUNT * row_length(m);
-    ry_measure_task task = {.measure = m, .state = state, .motion = motion, .place = place};
+    ry_measure_task task = {.measure = m, .state = state, .motion = motion, .sets = sets, .n_awake = n_awake};
     double *const total = m->sums + (size_t)m->at_once * width;
     memset(total, 0, width * sizeof *total);
-    for (; task.first < m->n_blocks; task.first += m->at_once) {
-        const int32_t left = m->n_blocks - task.first, n = left < m->at_once ? left : m->at_once;
+    for (; task.first < n_blocks; task.first += m->at_once) {
+        const int32_t left = n_blocks - task.first, n = left < m->at_once ? left : m->at_once;
         ry_parallel(m->threads, n, sum_blocks, &task);
         for (int32_t block = 0; block < n; block++) {
             for (size_t k = 0; k < width; k++) {
@@ -295,13 +350,19 @@ static double *sum_grains(ry_measure *m, const ry_state *state, const ry_motion 
             }
         }
     }
+    if (sets->n_asleep > 0) {
+        sum_asleep(m, &state->grains, sets);
+        for (size_t k = 0; k < row_length(m); k++) {
+            row(m, total, ROW_MOVING)[k] += m->asleep[k];
+        }
+    }
     return total;
 }
 
-void ry_measure_add(ry_measure *m, const ry_state *state, const ry_motion *motion, const int32_t *place,
+void ry_measure_add(ry_measure *m, const ry_state *state, const ry_motion *motion, const ry_sets *sets,
                     const double *tau_fluid, double tau_bed)
 {
-    double *const total = sum_grains(m, state, motion, place);
+    double *const total = sum_grains(m, state, motion, sets);
     const double per_area = 1.0 / (m->length * m->d), per_cell = per_area / m->dz;
     const double *const slice = row(m, total, ROW_SLICE);
     double contact = row(m, total, ROW_STEP)[above_top(m)], fluid = row(m, total, ROW_FLUID_STEP)[above_top(m)];
@@ -324,15 +385,15 @@ void ry_measure_add(ry_measure *m, const ry_state *state, const ry_motion *motio
     m->samples++;
 }
 
-ry_measure_sums ry_measure_grains(const ry_state *state, const ry_motion *motion, const int32_t *place)
+ry_measure_sums ry_measure_grains(const ry_state *state, const ry_motion *motion, const ry_sets *sets)
 {
     const ry_grains *const g = &state->grains;
     ry_measure_sums sums = {.finite = 1, .fastest_grain = -1};
-    for (int32_t first = 0; first < g->n; first += RY_SUM_BLOCK) {
-        const int32_t end = first + RY_SUM_BLOCK < g->n ? first + RY_SUM_BLOCK : g->n;
+    for (int32_t first = 0; first < sets->n_awake; first += RY_SUM_BLOCK) {
+        const int32_t end = first + RY_SUM_BLOCK < sets->n_awake ? first + RY_SUM_BLOCK : sets->n_awake;
         double transport = 0.0, kinetic = 0.0, gravity = 0.0;
-        for (int32_t id = first; id < end; id++) {
-            const int32_t k = place[id];
+        for (int32_t rank = first; rank < end; rank++) {
+            const int32_t k = sets->awake[rank];
             const double im = motion->im[k], r = g->radius[k];
             const double v2 = g->vx[k] * g->vx[k] + g->vz[k] * g->vz[k];
             const double way = sqrt(v2) * motion->dt / (2.0 * r);
@@ -348,7 +409,7 @@ ry_measure_sums ry_measure_grains(const ry_state *state, const ry_motion *motion
                 const double inertia = r / motion->spin_gain[k];
                 transport += 4.0 / 3.0 * M_PI * r * r * r * g->vx[k];
                 kinetic += 0.5 * (v2 / im + inertia * g->spin[k] * g->spin[k]);
-                gravity -= motion->weight[k] / (im * motion->dt) * g->z[k];
+                gravity += ry_measure_gravity(g, motion, k);
             }
         }
         sums.transport += transport;

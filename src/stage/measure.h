@@ -6,12 +6,13 @@
 #define RY_STAGE_MEASURE_H
 
 #include "stage/motion.h"
+#include "stage/sets.h"
 #include "store/state.h"
 
 /* Running sums of profiles since ry_measure_clear; rows of nz. */
 typedef struct ry_measure {
     int32_t n, nz;            /* grains, cells */
-    int32_t n_blocks, at_once; /* of ids, and those whose sums are kept side by side */
+    int32_t at_once; /* blocks of grains whose sums are kept side by side */
     double dz, length, d; /* [m] */
     int threads;
     int64_t samples;
@@ -26,6 +27,8 @@ typedef struct ry_measure {
     int32_t window;      /* steps between samples, as planned */
     int32_t tallied;     /* steps since the last sample, as it came */
     double *still;       /* volumes of the fixed grains in the cells [m^3] */
+    double *asleep;      /* and of the sleepers that are not fixed, as of `changes` of the sets [m^3] */
+    int64_t changes;
     double *sums;        /* scratch */
 } ry_measure;
 
@@ -46,8 +49,8 @@ void ry_measure_clear(ry_measure *measure);
  * changes by nothing but tau_g and the fluid's force on the slices above (method of planes, Todd, Evans
  * & Daivis 1995, with each grain's mass spread over its volume). m_i includes the added mass.
  * tau_fluid: nz values at the cell centres; NULL: balance of the forces on the grains below tau_b. */
-void ry_measure_add(ry_measure *measure, const ry_state *state, const ry_motion *motion,
-                    const int32_t *place, const double *tau_fluid, double tau_bed);
+void ry_measure_add(ry_measure *measure, const ry_state *state, const ry_motion *motion, const ry_sets *sets,
+                    const double *tau_fluid, double tau_bed);
 
 /* The sums as numbers, in id order, to go on from them in another process. ry_measure_saved: how many numbers;
  * 0: nothing has been measured since ry_measure_clear. ry_measure_load: 0, or -1 if they aren't of such a
@@ -62,13 +65,19 @@ void ry_measure_tally(const ry_measure *measure, const ry_motion *motion, int32_
 /* Before the blocks of a step are tallied. */
 void ry_measure_begin(ry_measure *measure, const ry_state *state);
 
-/* sum of V u over the grains that can move [m^4/s], and their kinetic and gravity energy [J]. */
+/* sum of V u over the grains that can move [m^4/s], and their kinetic and gravity energy [J]; of those awake. */
 typedef struct ry_measure_sums {
     double transport, kinetic, gravity;
     int finite; /* 0: some position or velocity is not a number */
     double fastest; /* largest way of a grain in a step, in its own diameters */
     int32_t fastest_grain; /* storage index */
 } ry_measure_sums;
-ry_measure_sums ry_measure_grains(const ry_state *state, const ry_motion *motion, const int32_t *place);
+ry_measure_sums ry_measure_grains(const ry_state *state, const ry_motion *motion, const ry_sets *sets);
+
+/* Gravity energy of a grain [J]. */
+RY_INLINE double ry_measure_gravity(const ry_grains *g, const ry_motion *m, int32_t k)
+{
+    return -m->weight[k] / (m->im[k] * m->dt) * g->z[k];
+}
 
 #endif

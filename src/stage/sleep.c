@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "stage/four.h"
 
 /* See sleep.h. In units of sqrt(d/g'), d, d, d. */
 #define LOOK 5.0
@@ -40,23 +41,41 @@ void ry_sleep_carry(ry_sleep *s, void *array, size_t size)
 
 static int is_listed(const ry_pairs *pairs, int32_t k)
 {
-    return pairs->row[k] < pairs->row[k + 1] || pairs->below_start[k] < pairs->below_start[k + 1];
+    return (pairs->row[k] < pairs->row[k + 1]) | (pairs->below_start[k] < pairs->below_start[k + 1]);
+}
+
+static int is_restless(const ry_sleep *s, int32_t k)
+{
+    const ry_sleepers *const q = &s->state->sleepers;
+    const double *const felt = s->felt[k];
+    const int differs = (felt[RY_SLOT_X] != q->rest_x[k]) | (felt[RY_SLOT_Z] != q->rest_z[k]) |
+                        (felt[RY_SLOT_TURN] != q->rest_turn[k]);
+    return !s->state->grains.fixed[k] && (differs | (q->more_x[k] != 0.0) | (q->more_z[k] != 0.0) |
+                                          (q->more_turn[k] != 0.0));
 }
 
 /* The others' force cannot change, and its mean neither: with a change of 0 it stays 0. */
 static void list_watch(ry_sleep *s)
 {
-    const ry_sleepers *const q = &s->state->sleepers;
+    for (int32_t w = 0; w < s->n_watch; w++) {
+        s->restless[s->watch[w]] = (uint8_t)is_restless(s, s->watch[w]);
+    }
     s->n_watch = 0;
     for (int32_t k = s->motion->n_awake; k < s->state->grains.n; k++) {
-        const double *const felt = s->felt[k];
-        const int differs = (felt[RY_SLOT_X] != q->rest_x[k]) | (felt[RY_SLOT_Z] != q->rest_z[k]) |
-                            (felt[RY_SLOT_TURN] != q->rest_turn[k]);
-        const int changes = differs | (q->more_x[k] != 0.0) | (q->more_z[k] != 0.0) | (q->more_turn[k] != 0.0);
         s->watch[s->n_watch] = k;
-        s->n_watch += !s->state->grains.fixed[k] && (changes || is_listed(s->pairs, k));
+        s->n_watch += (s->restless[k] | is_listed(s->pairs, k)) & (s->state->grains.fixed[k] == 0);
     }
     s->watched = s->neighbor->rebuilds;
+}
+
+/* The same when sets, or what sleepers rest on, have changed. */
+static void watch_anew(ry_sleep *s)
+{
+    for (int32_t k = s->motion->n_awake; k < s->state->grains.n; k++) {
+        s->restless[k] = (uint8_t)is_restless(s, k);
+    }
+    s->n_watch = 0;
+    list_watch(s);
 }
 
 static double length2(double x, double z, double turn)
@@ -64,22 +83,41 @@ static double length2(double x, double z, double turn)
     return x * x + z * z + turn * turn;
 }
 
-/* The contacts of a sleeper in this step: their sum, how it differs from that at rest, the mean of that. Returns
- * whether this step alone wakes it. */
-static int feel(const ry_sleep *s, int32_t k)
+/* What its listed contacts give a sleeper, in ascending id of the partner; those with walls are frozen. */
+RY_INLINE ry_four sum_listed(const ry_pairs *pairs, int32_t k)
 {
-    const ry_sleepers *const q = &s->state->sleepers;
-    double *const felt = s->felt[k];
-    ry_motion_listed(s->pairs, k, felt);
-    for (int c = 0; c < RY_SLOT; c++) {
-        felt[c] += s->held[k][c];
+    const double (*const slot)[RY_SLOT] = (const double (*)[RY_SLOT])pairs->slot;
+    const ry_four opposite = {-1.0, -1.0, 1.0, 1.0};
+    ry_four sum = {0.0, 0.0, 0.0, 0.0};
+    for (int32_t b = pairs->below_start[k]; b < pairs->below_start[k + 1]; b++) {
+        sum += opposite * ry_four_load(slot[pairs->below[b]]);
     }
-    const double dx = felt[RY_SLOT_X] - q->rest_x[k], dz = felt[RY_SLOT_Z] - q->rest_z[k];
-    const double dt = felt[RY_SLOT_TURN] - q->rest_turn[k];
-    q->more_x[k] += s->part * (dx - q->more_x[k]);
-    q->more_z[k] += s->part * (dz - q->more_z[k]);
-    q->more_turn[k] += s->part * (dt - q->more_turn[k]);
-    return length2(dx, dz, dt) * s->part * s->part > q->bears[k] * q->bears[k];
+    for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
+        sum += ry_four_load(slot[p]);
+    }
+    return sum;
+}
+
+/* The contacts of the watched in this step: their sum, how it differs from that at rest, the mean of that. Lists those
+ * whom this step alone wakes. */
+RY_CLONES static int32_t feel(const ry_sleep *s, int32_t *restrict struck)
+{
+    const ry_sleepers q = s->state->sleepers;
+    const double part = s->part;
+    int32_t n = 0;
+    for (int32_t w = 0; w < s->n_watch; w++) {
+        const int32_t k = s->watch[w];
+        const ry_four felt = sum_listed(s->pairs, k) + ry_four_load(s->held[k]);
+        const double dx = felt[RY_SLOT_X] - q.rest_x[k], dz = felt[RY_SLOT_Z] - q.rest_z[k];
+        const double dt = felt[RY_SLOT_TURN] - q.rest_turn[k];
+        ry_four_store(s->felt[k], felt);
+        q.more_x[k] += part * (dx - q.more_x[k]);
+        q.more_z[k] += part * (dz - q.more_z[k]);
+        q.more_turn[k] += part * (dt - q.more_turn[k]);
+        struck[n] = k;
+        n += length2(dx, dz, dt) * part * part > q.bears[k] * q.bears[k];
+    }
+    return n;
 }
 
 /* The mean change of the contacts' force and that of the fluid's are more than a sleeper bears. */
@@ -90,7 +128,21 @@ static int is_moved(const ry_sleep *s, int32_t k)
     const double im = m->im[k], most = q->bears[k] * im; /* as velocities, to save the division */
     const double x = q->more_x[k] * im + m->gx[k] - q->rest_gx[k];
     const double z = q->more_z[k] * im + m->gz[k] - q->rest_gz[k];
-    return length2(x, z, q->more_turn[k] * im) > most * most;
+    return !s->state->grains.fixed[k] && length2(x, z, q->more_turn[k] * im) > most * most;
+}
+
+/* Whether the fluid alone moves anybody: a first look, for all at once. Fixed grains bear nothing, and get nothing. */
+RY_CLONES static int any_swept(const ry_sleep *s)
+{
+    const ry_sleepers q = s->state->sleepers;
+    const ry_motion m = *s->motion;
+    int any = 0;
+#pragma omp simd reduction(| : any)
+    for (int32_t k = m.n_awake; k < s->state->grains.n; k++) {
+        const double most = q.bears[k] * m.im[k], x = m.gx[k] - q.rest_gx[k], z = m.gz[k] - q.rest_gz[k];
+        any |= x * x + z * z > most * most;
+    }
+    return any;
 }
 
 static void add_woken(ry_sleep *s, int32_t k)
@@ -113,22 +165,27 @@ static void sample_asleep(const ry_sleep *s)
     }
 }
 
-/* Lists those whom this step wakes. */
+/* Lists those whom this step wakes. Who is not watched has a mean change of 0: the fluid alone can move it. */
 static void find_woken(ry_sleep *s)
 {
     const int64_t step = s->state->step;
-    const int checks = step % CHECK_EVERY == 0, advanced = s->flow != NULL && step % s->flow->advance == 0;
+    const int advanced = s->flow != NULL && step % s->flow->advance == 0;
+    const int32_t n_struck = feel(s, s->moved);
     s->n_woken = 0;
-    for (int32_t w = 0; w < s->n_watch; w++) {
-        const int32_t k = s->watch[w];
-        if (feel(s, k) || (checks && is_moved(s, k))) {
-            add_woken(s, k);
-        }
+    for (int32_t m = 0; m < n_struck; m++) {
+        add_woken(s, s->moved[m]);
     }
     if (advanced) {
         sample_asleep(s);
+    }
+    for (int32_t w = 0; (advanced || step % CHECK_EVERY == 0) && w < s->n_watch; w++) {
+        if (is_moved(s, s->watch[w])) {
+            add_woken(s, s->watch[w]);
+        }
+    }
+    if (advanced && any_swept(s)) {
         for (int32_t k = s->motion->n_awake; k < s->state->grains.n; k++) {
-            if (!s->state->grains.fixed[k] && is_moved(s, k)) {
+            if (is_moved(s, k)) {
                 add_woken(s, k);
             }
         }
@@ -187,7 +244,7 @@ static ry_status reform(ry_sleep *s, ry_error *error)
     ry_sleep_list_sets(s);
     ry_sleep_thaw(s);
     ry_sleep_sum_frozen(s);
-    list_watch(s);
+    watch_anew(s);
     return RY_OK;
 }
 
@@ -350,7 +407,7 @@ static ry_status fall_asleep(ry_sleep *s, ry_error *error)
     }
     rest_anew(s);
     sample_new(s);
-    list_watch(s);
+    watch_anew(s);
     return RY_OK;
 }
 
@@ -411,10 +468,11 @@ static ry_status make_arrays(ry_sleep *s, ry_error *error)
     s->now = ry_array(n, sizeof *s->now);
     s->moved = ry_array(n, sizeof *s->moved);
     s->mark = ry_array(n, sizeof *s->mark);
+    s->restless = ry_array(n, sizeof *s->restless);
     s->own_load = ry_array(n, sizeof *s->own_load);
     s->scratch = ry_array(n, sizeof(double));
     return s->held && s->felt && s->n_frozen && s->watch && s->woken && s->home && s->was && s->now && s->moved &&
-                   s->mark && s->own_load && s->scratch && s->awake && s->asleep
+                   s->mark && s->own_load && s->scratch && s->awake && s->asleep && s->restless
                ? RY_OK
                : ry_no_memory(error, n * 100);
 }
@@ -440,18 +498,19 @@ ry_status ry_sleep_create(ry_sleep *s, ry_error *error)
     for (int32_t k = m->n_awake; k < g->n; k++) {
         m->highest_asleep = g->z[k] > m->highest_asleep ? g->z[k] : m->highest_asleep;
     }
+    s->measured = -1;
     ry_sleep_list_sets(s);
     RY_TRY(ry_sleep_take_frozen(s, error));
     sample_asleep(s);
     ry_sleep_sum_frozen(s);
-    list_watch(s);
+    watch_anew(s);
     return RY_OK;
 }
 
 void ry_sleep_free(ry_sleep *s)
 {
-    void *const arrays[] = {s->held, s->felt, s->n_frozen, s->watch, s->woken, s->home,    s->was,
-                            s->now,  s->moved,    s->mark,  s->own_load, s->scratch, s->awake, s->asleep};
+    void *const arrays[] = {s->held, s->felt,  s->n_frozen, s->watch,   s->woken, s->home,   s->was,      s->now,
+                            s->moved, s->mark, s->own_load, s->scratch, s->awake, s->asleep, s->restless, s->kept};
     for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++) {
         free(arrays[a]);
     }

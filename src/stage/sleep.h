@@ -53,8 +53,11 @@ typedef struct ry_sleep {
     int32_t *awake, *asleep; /* n: those of the sets */
 
     ry_contacts frozen;   /* of two sleepers, sorted */
+    struct ry_kept { double normal, tangential; } *kept; /* energies of those; normal NAN: not known yet [J] */
+    size_t kept_room;
     double (*held)[RY_SLOT]; /* n: what they give each grain [N s] */
     double (*felt)[RY_SLOT]; /* n: what all contacts give each sleeper in this step [N s] */
+    uint8_t *restless;    /* n: 1: a sleeper whose mean change of force is not 0, or will not stay so */
     int32_t *n_frozen;    /* n: how many each has */
     int32_t *watch, n_watch; /* sleepers whose force may change */
     int64_t watched;      /* rebuild for which they were listed */
@@ -66,8 +69,8 @@ typedef struct ry_sleep {
     char *scratch;
     ry_carried carried[RY_MOST_CARRIED];
     int n_carried;
-    ry_contact_sums resting; /* of the frozen contacts; valid if known */
-    int known;
+    double gravity;       /* energy of the sleepers, as of `measured` of the sets [J] */
+    int64_t measured;
     int32_t n_fixed;
     double slept;         /* sum over the steps of the part of the grains that slept */
     int64_t steps;
@@ -86,8 +89,11 @@ ry_status ry_sleep_stage(ry_sleep *sleep, ry_error *error);
 /* Adds the frozen contacts to those exported from the list. */
 ry_status ry_sleep_export(const ry_sleep *sleep, ry_contacts *all, ry_error *error);
 
-/* Elastic energy of the frozen contacts. */
-ry_contact_sums ry_sleep_measure(ry_sleep *sleep);
+/* Elastic energies of the frozen contacts, and what gravity holds of the sleepers [J]. */
+typedef struct ry_sleep_sums {
+    double elastic_normal, elastic_tangential, gravity;
+} ry_sleep_sums;
+ry_sleep_sums ry_sleep_measure(ry_sleep *sleep);
 
 /* Sets the numbers: d, g', the period on the springs and dt [m, m/s^2, s, s]. */
 void ry_sleep_scale(ry_sleep *sleep, double tolerance, double d, double gravity, double period, double dt);

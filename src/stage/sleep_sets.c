@@ -2,10 +2,11 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * Sleep: the sets in storage, and the contacts of those that sleep. */
-#include <stdlib.h>
+#include <math.h>
 #include <string.h>
 
 #include "base/memory.h"
+#include "stage/measure.h"
 #include "stage/sleep_private.h"
 
 /* ---- grains change places -------------------------------------------------------------------- */
@@ -105,8 +106,9 @@ static void copy_contact(ry_contacts *to, int64_t at, const ry_contacts *from, i
 #undef COPY
 }
 
-/* Adds `more` to `all`; both are sorted and have nothing in common. From the end, so that nothing is in the way. */
-static ry_status merge(ry_contacts *all, const ry_contacts *more, ry_error *error)
+/* Adds `more` to `all`; both are sorted and have nothing in common. From the end, so that nothing is in the way.
+ * `kept`, of all, goes along; NULL: nothing does. */
+static ry_status merge(ry_contacts *all, const ry_contacts *more, struct ry_kept *kept, ry_error *error)
 {
     int64_t a = all->n - 1, b = more->n - 1, at = all->n + more->n - 1;
     RY_TRY(ry_contacts_reserve(all, at + 1, error));
@@ -114,6 +116,9 @@ static ry_status merge(ry_contacts *all, const ry_contacts *more, ry_error *erro
     for (; b >= 0; at--) {
         const int later = a >= 0 && (all->id_i[a] > more->id_i[b] ||
                                      (all->id_i[a] == more->id_i[b] && all->id_j[a] > more->id_j[b]));
+        if (kept != NULL) {
+            kept[at] = later ? kept[a] : (struct ry_kept){NAN, NAN};
+        }
         if (later) {
             copy_contact(all, at, all, a--);
         } else {
@@ -125,7 +130,12 @@ static ry_status merge(ry_contacts *all, const ry_contacts *more, ry_error *erro
 
 ry_status ry_sleep_export(const ry_sleep *s, ry_contacts *all, ry_error *error)
 {
-    return merge(all, &s->frozen, error);
+    return merge(all, &s->frozen, NULL, error);
+}
+
+static ry_status make_room(ry_sleep *s, size_t n, ry_error *error)
+{
+    return ry_array_grow(&s->kept, &s->kept_room, (size_t)s->frozen.n, n, sizeof *s->kept, error);
 }
 
 /* Of all contacts in the state those of two sleepers. */
@@ -133,9 +143,11 @@ ry_status ry_sleep_take_frozen(ry_sleep *s, ry_error *error)
 {
     const ry_contacts *const all = &s->state->contacts;
     RY_TRY(ry_contacts_reserve(&s->frozen, all->n, error));
+    RY_TRY(make_room(s, (size_t)all->n, error));
     s->frozen.n = 0;
     for (int64_t c = 0; c < all->n; c++) {
         if (sleeps(s, all->id_i[c]) && sleeps(s, all->id_j[c])) {
+            s->kept[s->frozen.n] = (struct ry_kept){NAN, NAN};
             copy_contact(&s->frozen, s->frozen.n++, all, c);
         }
     }
@@ -173,7 +185,8 @@ ry_status ry_sleep_freeze(ry_sleep *s, ry_error *error)
         }
     }
     all->n = n;
-    return merge(&s->frozen, all, error);
+    RY_TRY(make_room(s, (size_t)(s->frozen.n + n), error));
+    return merge(&s->frozen, all, s->kept, error);
 }
 
 /* Contacts one grain of which has woken go back to the list. */
@@ -183,6 +196,7 @@ void ry_sleep_thaw(ry_sleep *s)
     int64_t kept = 0;
     for (int64_t c = 0; c < frozen->n; c++) {
         if (sleeps(s, frozen->id_i[c]) && sleeps(s, frozen->id_j[c])) {
+            s->kept[kept] = s->kept[c];
             copy_contact(frozen, kept++, frozen, c);
         } else {
             ry_pairs_import_one(s->pairs, s->state->grains.id, frozen, c);
@@ -209,33 +223,40 @@ void ry_sleep_sum_frozen(ry_sleep *s)
         }
     }
     memcpy(s->felt, s->held, (size_t)n * sizeof *s->felt);
-    s->known = 0;
 }
 
-/* The frozen contacts as a list, as far as measuring needs one. */
-ry_contact_sums ry_sleep_measure(ry_sleep *s)
+/* One frozen contact as a list, as far as measuring needs one. */
+static struct ry_kept measure_frozen(const ry_sleep *s, int64_t c)
 {
-    const ry_contacts *const c = &s->frozen;
-    const size_t n = (size_t)c->n + 1;
-    if (s->known) {
-        return s->resting;
-    }
-    ry_pairs list = {.n_grains = s->state->grains.n, .n = (int32_t)c->n, .slip = c->slip, .rest = c->rest};
-    list.i = ry_array(n, sizeof *list.i);
-    list.j = ry_array(n, sizeof *list.j);
-    list.age = ry_array(n, sizeof *list.age);
-    s->resting = (ry_contact_sums){0};
-    if (list.i != NULL && list.j != NULL && list.age != NULL) {
-        for (int32_t p = 0; p < list.n; p++) {
-            list.i[p] = s->pairs->place[c->id_i[p]];
-            list.j[p] = c->id_j[p] < list.n_grains ? s->pairs->place[c->id_j[p]] : c->id_j[p];
-            list.age[p] = c->age[p];
+    const ry_contacts *const all = &s->frozen;
+    const int32_t n = s->state->grains.n, id_j = all->id_j[c];
+    int32_t i = s->pairs->place[all->id_i[c]], j = id_j < n ? s->pairs->place[id_j] : id_j;
+    uint8_t age = all->age[c];
+    const ry_pairs list = {.n_grains = n, .n = 1, .i = &i, .j = &j, .age = &age, .slip = all->slip + c,
+                           .rest = all->rest != NULL ? all->rest + c : NULL};
+    const ry_contact_sums sums = ry_contact_measure_run(s->contact, &s->state->grains, &list);
+    return (struct ry_kept){sums.elastic_normal, sums.elastic_tangential};
+}
+
+ry_sleep_sums ry_sleep_measure(ry_sleep *s)
+{
+    const ry_sets *const sets = s->sets;
+    ry_sleep_sums sums = {0};
+    for (int64_t c = 0; c < s->frozen.n; c++) {
+        if (isnan(s->kept[c].normal)) {
+            s->kept[c] = measure_frozen(s, c);
         }
-        s->resting = ry_contact_measure_run(s->contact, &s->state->grains, &list);
-        s->known = 1;
+        sums.elastic_normal += s->kept[c].normal;
+        sums.elastic_tangential += s->kept[c].tangential;
     }
-    free(list.i);
-    free(list.j);
-    free(list.age);
-    return s->resting;
+    if (s->measured != sets->changes) {
+        s->gravity = 0.0;
+        for (int32_t rank = 0; rank < sets->n_asleep; rank++) {
+            const int32_t k = sets->asleep[rank];
+            s->gravity += s->motion->im[k] > 0.0 ? ry_measure_gravity(&s->state->grains, s->motion, k) : 0.0;
+        }
+        s->measured = sets->changes;
+    }
+    sums.gravity = s->gravity;
+    return sums;
 }
