@@ -39,14 +39,23 @@ static double still_fluid(const ry_flow *f, double tau)
     return f->mixing == RY_FLOW_DURAN_MOVING ? STILL_PART * sqrt(tau / f->density) : 0.0;
 }
 
-static void mixing_length(const ry_flow *f, const ry_column *c, double tau, int32_t n, double *out)
+/* At the faces above the cells 0 .. n-1, the first `known` of which are known. */
+static void mixing_length(const ry_flow *f, const ry_column *c, double tau, int32_t known, int32_t n, double *out)
 {
     const double still = still_fluid(f, tau);
-    double l = 0.0;
-    for (int32_t k = 0; k < n; k++) {
+    double l = known > 0 ? out[known - 1] : 0.0;
+    for (int32_t k = known; k < n; k++) {
         l = longer(f, c, still, l, k);
         out[k] = l;
     }
+}
+
+/* What stress_gradient of the last advance has found still holds: u has not changed, phi matters to li-sawamoto only. */
+static int32_t known_length(const ry_flow *f, double tau, int32_t n)
+{
+    const int holds = f->mixing != RY_FLOW_LI_SAWAMOTO && f->tau_now == tau;
+    const int32_t known = holds ? f->lengths : 0;
+    return known < n ? known : n;
 }
 
 /* 1 - phi at the face above cell k. */
@@ -123,9 +132,9 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
     const double per_cell = 1.0 / (f->length * f->d * dz);
     const double *const force = ry_column_sums(f, f->at_once, RY_SUM_FORCE);
     const double *const slope = ry_column_sums(f, f->at_once, RY_SUM_SLOPE);
-    double *const length = f->work, *const low = length + c->nz, *const diagonal = low + c->nz;
+    double *const length = f->mix, *const low = f->work, *const diagonal = low + c->nz;
     double *const high = diagonal + c->nz, *const rhs = high + c->nz;
-    mixing_length(f, c, tau_top, nz, length);
+    mixing_length(f, c, tau_top, known_length(f, tau_top, nz), nz, length);
     /* the face below the first cell is the floor, half a cell away: u = 0, viscous */
     double k_below = f->density * (1.0 - c->phi[0]) * f->viscosity / (0.5 * dz);
     double rest_below = 0.0;
@@ -160,8 +169,9 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
 static void stress_gradient(ry_flow *f, ry_column *c, double tau_top)
 {
     const int32_t nz = f->valid;
-    double *const length = f->work;
-    mixing_length(f, c, tau_top, nz, length);
+    double *const length = f->mix;
+    mixing_length(f, c, tau_top, 0, nz, length);
+    f->lengths = nz;
     double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
     for (int32_t k = 0; k < nz; k++) {
         const double above = k + 1 < nz
@@ -175,7 +185,7 @@ static void stress_gradient(ry_flow *f, ry_column *c, double tau_top)
 void ry_flow_shear(const ry_flow *f, const ry_column *c, double tau, double *out)
 {
     double *const length = f->work;
-    mixing_length(f, c, tau, c->nz, length);
+    mixing_length(f, c, tau, 0, c->nz, length);
     double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
     for (int32_t k = 0; k < c->nz; k++) {
         const double above = k + 1 < c->nz

@@ -443,11 +443,12 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
     f->sums = ry_array(((size_t)f->at_once + 1) * RY_SUM_COUNT * ry_column_row_length(f), sizeof(double));
     f->half = (int32_t)ceil(0.5 * f->d / f->dz - 1e-9);
     f->part = ry_array(2 * (size_t)f->half, sizeof(double));
-    f->work = ry_array(5 * nz + 2 * (size_t)f->half + 1, sizeof(double));
+    f->mix = ry_array(nz, sizeof(double));
+    f->work = ry_array(4 * nz + 2 * (size_t)f->half + 1, sizeof(double));
     f->bin_top = ry_array((size_t)f->n_bins, sizeof(double));
     f->bin_grain = ry_array((size_t)f->n_bins, sizeof(int32_t));
     if (!f->viscous || !f->face || !f->u || !f->gradient || !f->hinder || !f->sums ||
-        !f->work || !f->part || !f->bin_top || !f->bin_grain) {
+        !f->work || !f->mix || !f->part || !f->bin_top || !f->bin_grain) {
         return ry_no_memory(error, (n + nz * 20) * sizeof(double));
     }
     for (size_t k = 0; k < n; k++) {
@@ -469,7 +470,7 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
 
 void ry_flow_free(ry_flow *f)
 {
-    void *const arrays[] = {f->viscous, f->u,       f->gradient,  f->hinder, f->sums,
+    void *const arrays[] = {f->viscous, f->u,       f->gradient,  f->hinder, f->sums, f->mix,
                             f->work,    f->bin_top, f->bin_grain, f->part,   f->face};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);

@@ -44,7 +44,8 @@ static void rows_of(const ry_measure *m, double **rows)
     memcpy(rows, all, sizeof all);
 }
 
-static void add_still(const ry_measure *m, const ry_grains *g, int32_t k, double *volumes)
+/* Volume of a grain to the cells. */
+RY_INLINE void add_still(const ry_measure *m, const ry_grains *g, int32_t k, double *volumes)
 {
     const double z = g->z[k], r = g->radius[k];
     const ry_span span = ry_slice_span(z, r, 1.0 / m->dz, m->nz);
