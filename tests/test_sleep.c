@@ -8,7 +8,7 @@
 
 /* ---- bits ---------------------------------------------------------------------------------------- */
 
-/* Scenes in which many sleep and many wake; looks at who rests are every 1380 steps. */
+/* Scenes in which many sleep and many wake. */
 typedef struct sample_scene {
     const char *file, *overrides;
     long long steps;
@@ -118,13 +118,23 @@ static void test_measuring(void **state)
     close_scene(flux);
 }
 
+/* Steps between looks at who rests. */
+static long long look_every(int k)
+{
+    scene *const s = open_sample(k, 1, "");
+    const long long every = s->sim->plan.sleep.look_every;
+    close_scene(s);
+    return every;
+}
+
 /* Before and after looks, between advances of the fluid, at once after a wake. */
 static void test_going_on(void **state)
 {
     (void)state;
     for (int k = 0; k < SCENES; k++) {
         const long long end = scenes[k].steps;
-        const long long stops[] = {0, 1, 2759, 2760, end / 3, end / 2, end / 2 + 13, end / 2 + 14, end - 1};
+        const long long look = look_every(k);
+        const long long stops[] = {0, 1, 2 * look - 1, 2 * look, end / 3, end / 2, end / 2 + 13, end / 2 + 14, end - 1};
         scene *const s = open_sample(k, 1, k % 2 ? "numerics.order=shuffled" : "");
         for (int m = 0; m < 9; m++) {
             step_scene(s, stops[m] - ry_sim_view(s->sim).step);

@@ -10,12 +10,10 @@
 #include "stage/four.h"
 
 /* See sleep.h. In units of sqrt(d/g'), d, d, d. */
-#define LOOK 5.0
-#define STILL 0.005
-#define QUIET 1.5
+#define LOOK 2.5
+#define STILL 0.0035
+#define QUIET 1.0
 #define AROUND 0.5
-/* Steps between comparisons of the mean change with what a sleeper bears. */
-enum { CHECK_EVERY = 8 };
 /* Marks of grains while sets are formed. */
 enum { MARK_QUIET = 1, MARK_NEW = 2 };
 
@@ -28,6 +26,7 @@ void ry_sleep_scale(ry_sleep *s, double tolerance, double d, double gravity, dou
     s->quiet = QUIET * d;
     s->around = AROUND * d;
     s->part = dt < period ? dt / period : 1.0;
+    s->check_every = (int64_t)ceil(1.0 / s->part - 0.5);
 }
 
 void ry_sleep_carry(ry_sleep *s, void *array, size_t size)
@@ -165,7 +164,8 @@ static void sample_asleep(const ry_sleep *s)
     }
 }
 
-/* Lists those whom this step wakes. Who is not watched has a mean change of 0: the fluid alone can move it. */
+/* Lists those whom this step wakes. Who is not watched has a mean change of 0: the fluid alone can move it. That one is
+ * swept is a reason to compare the watched with what they bear, too, before their time. */
 static void find_woken(ry_sleep *s)
 {
     const int64_t step = s->state->step;
@@ -178,7 +178,7 @@ static void find_woken(ry_sleep *s)
     if (advanced) {
         sample_asleep(s);
     }
-    for (int32_t w = 0; (advanced || step % CHECK_EVERY == 0) && w < s->n_watch; w++) {
+    for (int32_t w = 0; step % s->check_every == 0 && w < s->n_watch; w++) {
         if (is_moved(s, s->watch[w])) {
             add_woken(s, s->watch[w]);
         }

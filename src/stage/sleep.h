@@ -14,12 +14,12 @@
  *
  * Falling asleep, at a look every LOOK sqrt(d/g'), g' the gravity less buoyancy: a grain that has gone less than
  * STILL d since the last one, has two contacts or more, is too slow to rise by STILL d, and all of whose
- * neighbours nearer than QUIET d are as quiet. What falls asleep was slower than STILL/LOOK sqrt(g' d) = 1e-3
- * sqrt(g' d): a layer of such grains carries a flux q* of 6e-4 at the most.
+ * neighbours nearer than QUIET d are as quiet. What falls asleep was slower than STILL/LOOK sqrt(g' d) = 1.4e-3
+ * sqrt(g' d): a layer of such grains carries a flux q* of 8e-4 at the most.
  *
  * Waking: by a change of the force of its contacts, in the mean over a natural period of a grain on its springs
- * (what is shorter shakes a grain elastically), or of the fluid's force, larger than contact.sleep x the mean load
- * of the grains around it; by one so violent that a single step brings the mean there, at once. Sleepers nearer
+ * (what is shorter shakes a grain elastically; so it is looked at once in a period), or of the fluid's force, larger
+ * than contact.sleep x the mean load of the grains around it; by one so violent that a single step brings the mean there, at once. Sleepers nearer
  * than AROUND d wake with it. In the step in which it wakes a grain moves by the change of the force alone: the
  * rest balances. So it does for who measures: the contacts of a sleeper give it just what the fluid takes. */
 #ifndef RY_STAGE_SLEEP_H
@@ -39,7 +39,8 @@ enum { RY_MOST_CARRIED = 64 };
 
 typedef struct ry_sleep {
     double tolerance; /* contact.sleep; 0: nobody sleeps, and nothing below is used */
-    int64_t look_every; /* steps; 0: never, without gravity */
+    int64_t look_every;  /* steps; 0: never, without gravity */
+    int64_t check_every; /* steps between comparisons of the mean change with what a sleeper bears */
     double still, slow2; /* way between looks, and square of the speed, of a grain at rest [m, m^2/s^2] */
     double quiet, around; /* gaps between surfaces [m] */
     double part;          /* of a step in the running mean [1] */
