@@ -50,11 +50,10 @@ static void mixing_length(const ry_flow *f, const ry_column *c, double tau, int3
     }
 }
 
-/* What stress_gradient of the last advance has found still holds: u has not changed, phi matters to li-sawamoto only. */
+/* How many of the n faces are still known since stress_gradient of the last advance: u is the same. */
 static int32_t known_length(const ry_flow *f, double tau, int32_t n)
 {
-    const int holds = f->mixing != RY_FLOW_LI_SAWAMOTO && f->tau_now == tau;
-    const int32_t known = holds ? f->lengths : 0;
+    const int32_t known = f->tau_now == tau ? f->lengths : 0;
     return known < n ? known : n;
 }
 
@@ -134,7 +133,8 @@ static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
     const double *const slope = ry_column_sums(f, f->at_once, RY_SUM_SLOPE);
     double *const length = f->mix, *const low = f->work, *const diagonal = low + c->nz;
     double *const high = diagonal + c->nz, *const rhs = high + c->nz;
-    mixing_length(f, c, tau_top, known_length(f, tau_top, nz), nz, length);
+    const int32_t known = f->mixing == RY_FLOW_LI_SAWAMOTO ? 0 : known_length(f, tau_top, nz); /* phi has changed */
+    mixing_length(f, c, tau_top, known, nz, length);
     /* the face below the first cell is the floor, half a cell away: u = 0, viscous */
     double k_below = f->density * (1.0 - c->phi[0]) * f->viscosity / (0.5 * dz);
     double rest_below = 0.0;
@@ -185,7 +185,9 @@ static void stress_gradient(ry_flow *f, ry_column *c, double tau_top)
 void ry_flow_shear(const ry_flow *f, const ry_column *c, double tau, double *out)
 {
     double *const length = f->work;
-    mixing_length(f, c, tau, 0, c->nz, length);
+    const int32_t known = known_length(f, tau, c->nz);
+    memcpy(length, f->mix, (size_t)known * sizeof *length);
+    mixing_length(f, c, tau, known, c->nz, length);
     double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
     for (int32_t k = 0; k < c->nz; k++) {
         const double above = k + 1 < c->nz

@@ -26,7 +26,7 @@ void ry_sleep_scale(ry_sleep *s, double tolerance, double d, double gravity, dou
     s->quiet = QUIET * d;
     s->around = AROUND * d;
     s->part = dt < period ? dt / period : 1.0;
-    s->check_every = (int64_t)ceil(1.0 / s->part - 0.5);
+    s->check_every = (int64_t)ceil(0.5 / s->part);
 }
 
 void ry_sleep_carry(ry_sleep *s, void *array, size_t size)
