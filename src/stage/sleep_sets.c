@@ -196,8 +196,11 @@ void ry_sleep_thaw(ry_sleep *s)
     int64_t kept = 0;
     for (int64_t c = 0; c < frozen->n; c++) {
         if (sleeps(s, frozen->id_i[c]) && sleeps(s, frozen->id_j[c])) {
-            s->kept[kept] = s->kept[c];
-            copy_contact(frozen, kept++, frozen, c);
+            if (kept < c) {
+                s->kept[kept] = s->kept[c];
+                copy_contact(frozen, kept, frozen, c);
+            }
+            kept++;
         } else {
             ry_pairs_import_one(s->pairs, s->state->grains.id, frozen, c);
         }
