@@ -328,7 +328,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     RY_TRY(ry_neighbor_rebuild(b, g, &plan->pairs, error));
     plan->must_rebuild = 0;
     ry_pairs_import(&plan->pairs, state);
-    plan->sets = (ry_sets){.place = plan->pairs.place, .awake = plan->pairs.place, .n_awake = g->n};
+    plan->sets.n_awake = g->n;
     if (plan->has_fluid) {
         set_flow(plan, config);
         RY_TRY(ry_flow_create(&plan->flow, state, error));
@@ -346,6 +346,14 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     }
     ry_plan_lay_table(plan, config);
     return RY_OK;
+}
+
+const ry_sets *ry_plan_sets(ry_plan *plan)
+{
+    ry_sets *const sets = &plan->sets;
+    sets->place = plan->pairs.place;
+    sets->awake = sets->n_asleep > 0 ? sets->awake : sets->place;
+    return sets;
 }
 
 void ry_plan_free(ry_plan *plan)

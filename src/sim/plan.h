@@ -50,7 +50,7 @@ struct ry_plan {
     ry_flow flow;
     ry_measure measure;
     ry_sleep sleep;
-    ry_sets sets;
+    ry_sets sets;      /* see ry_plan_sets */
     double *tau_fluid; /* nz, scratch of measuring [Pa] */
     int n_stages;
     ry_stage stage[RY_MOST_STAGES];
@@ -75,6 +75,9 @@ int ry_plan_books_impacts(const ry_plan *plan, const ry_config *config);
 
 /* One step; timed if asked. */
 ry_status ry_plan_step(ry_plan *plan, ry_state *state, int timed, ry_error *error);
+
+/* Who is awake, as of now: the list's array of places is another one each time the list is made. */
+const ry_sets *ry_plan_sets(ry_plan *plan);
 
 /* Threads that pay for n grains on this machine. */
 int ry_plan_threads(int64_t n);

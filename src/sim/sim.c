@@ -204,8 +204,8 @@ static ry_status report(const ry_sim *sim, const char *what, int32_t k, ry_error
 /* Non-finite numbers, a grain that jumps over its own diameter in a step, or into another. */
 static ry_status check(ry_sim *sim, ry_error *error)
 {
-    const ry_plan *const plan = &sim->plan;
-    const ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, &plan->sets);
+    ry_plan *const plan = &sim->plan;
+    const ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, ry_plan_sets(plan));
     if (!sums.finite) {
         return report(sim, "a position or velocity is not a number", sums.fastest_grain, error);
     }
@@ -236,8 +236,7 @@ ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
             if (status == RY_UNPHYSICAL && sim->keeps_good) {
                 RY_TRY(ry_kept_give(&sim->good, &sim->state, error));
                 sim->restored = 1;
-                sim->plan.sets.awake = sim->plan.pairs.place; /* who slept then is not known here */
-                sim->plan.sets.n_awake = sim->state.grains.n;
+                sim->plan.sets.n_awake = sim->state.grains.n; /* who slept then is not known here */
                 sim->plan.sets.n_asleep = 0;
             }
             RY_TRY(status);
@@ -297,7 +296,7 @@ ry_sample ry_sim_sample_of(ry_sim *sim, int energies)
 {
     ry_plan *const plan = &sim->plan;
     const ry_derived *const q = &plan->derived;
-    ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, &plan->sets);
+    ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, ry_plan_sets(plan));
     ry_contact_sums contacts = {0};
     if (energies) {
         contacts = ry_contact_measure(&plan->contact, &sim->state.grains, &plan->pairs);
@@ -332,7 +331,7 @@ void ry_sim_profile(ry_sim *sim)
     if (closed) {
         ry_flow_shear(&plan->flow, &sim->state.column, tau, plan->tau_fluid);
     }
-    ry_measure_add(&plan->measure, &sim->state, &plan->motion, &plan->sets,
+    ry_measure_add(&plan->measure, &sim->state, &plan->motion, ry_plan_sets(plan),
                    closed ? plan->tau_fluid : NULL, tau);
 }
 

@@ -27,7 +27,7 @@ static ry_status run_column(ry_plan *plan, ry_state *state, ry_error *error)
     (void)error;
     ry_flow_reach(&plan->flow, &state->column, plan->motion.highest + plan->neighbor.radius_max);
     if (state->step % plan->flow.advance == 0) {
-        ry_flow_advance(&plan->flow, state, &plan->motion, &plan->sets);
+        ry_flow_advance(&plan->flow, state, &plan->motion, ry_plan_sets(plan));
     }
     return RY_OK;
 }
