@@ -281,9 +281,25 @@ static ry_status start_sleep(ry_plan *plan, const ry_config *config, ry_state *s
     if (plan->has_fluid) {
         RY_TRY(ry_resting_create(&plan->flow, &state->grains, error));
     }
-    ry_sleep_carry(s, plan->measure.impulse, sizeof *plan->measure.impulse);
-    ry_sleep_carry(s, plan->measure.middle, sizeof *plan->measure.middle);
+    s->places = &plan->places;
+    RY_TRY(ry_places_make_room(&plan->places, state->grains.n, error));
     return ry_sleep_create(s, error);
+}
+
+/* Everything that stands in storage order and outlasts a step. */
+static void carry_all(ry_plan *plan, const ry_state *state)
+{
+    ry_places *const o = &plan->places;
+    const ry_motion *const m = &plan->motion;
+    double *const arrays[] = {m->im, m->tm, m->spin_gain, m->weight, m->gx, m->pushed ? m->gz : NULL};
+    double *const sums[] = {m->cx, m->cz, m->ct, plan->measure.impulse, plan->measure.middle, plan->flow.viscous};
+    ry_places_carry_grains(o, &state->grains);
+    for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++) {
+        ry_places_carry(o, arrays[a], sizeof(double));
+    }
+    for (size_t a = m->kept ? 0 : 3; a < sizeof sums / sizeof *sums; a++) {
+        ry_places_carry(o, sums[a], sizeof(double));
+    }
 }
 
 ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state, int threads,
@@ -294,6 +310,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     plan->threads = threads > 0 ? threads : ry_plan_threads(g->n);
     plan->threads = plan->threads < RY_MOST_THREADS ? plan->threads : RY_MOST_THREADS;
     set_features(plan, config, 0);
+    plan->keeps_order = config->numerics_order == RY_ORDER_BED;
     set_walls(plan, config);
     ry_motion *const m = &plan->motion;
     m->threads = plan->threads;
@@ -341,6 +358,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
             return ry_no_memory(error, (size_t)state->column.nz * sizeof(double));
         }
     }
+    carry_all(plan, state);
     if (plan->has_sleep) {
         RY_TRY(start_sleep(plan, config, state, error));
     }
@@ -359,6 +377,7 @@ const ry_sets *ry_plan_sets(ry_plan *plan)
 void ry_plan_free(ry_plan *plan)
 {
     ry_sleep_free(&plan->sleep);
+    ry_places_give_back(&plan->places);
     ry_neighbor_free(&plan->neighbor);
     ry_blocks_free(&plan->blocks);
     ry_pairs_free(&plan->pairs);

@@ -13,6 +13,7 @@
 #include "stage/measure.h"
 #include "stage/motion.h"
 #include "stage/neighbor.h"
+#include "stage/places.h"
 #include "stage/sets.h"
 #include "stage/sleep.h"
 #include "store/pairs.h"
@@ -50,7 +51,10 @@ struct ry_plan {
     ry_flow flow;
     ry_measure measure;
     ry_sleep sleep;
-    ry_sets sets;      /* see ry_plan_sets */
+    ry_places places;
+    int keeps_order;    /* grains are put in order along the bed again when they have flowed far */
+    int64_t ordered_at; /* step */
+    ry_sets sets;       /* see ry_plan_sets */
     double *tau_fluid; /* nz, scratch of measuring [Pa] */
     int n_stages;
     ry_stage stage[RY_MOST_STAGES];

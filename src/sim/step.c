@@ -12,11 +12,44 @@
 
 /* ---- stages before ---------------------------------------------------------------------------- */
 
+/* Grains that have flowed lie far in memory from those around them, and their blocks are late: they are put in order along
+ * the bed again, if many blocks are and the last time is some while ago. */
+enum { ORDER_EVERY = 1000, FEW_FAR = 16 };
+
+static int is_out_of_order(const ry_plan *plan, const ry_state *state)
+{
+    const ry_blocks *const b = &plan->blocks;
+    return plan->keeps_order && !b->apart && plan->contact.large && b->n_far > b->n / FEW_FAR &&
+           state->step >= plan->ordered_at + ORDER_EVERY;
+}
+
+static ry_status put_in_order(ry_plan *plan, ry_state *state, ry_error *error)
+{
+    ry_places *const o = &plan->places;
+    const ry_grains *const g = &state->grains;
+    ry_status status = ry_places_make_room(o, g->n, error);
+    if (status == RY_OK) {
+        status = ry_places_along_bed(o, g, plan->pairs.place, plan->derived.d, error);
+    }
+    if (status == RY_OK) {
+        ry_places_change(o, &plan->pairs);
+        ry_motion_settle(&plan->motion, g);
+        plan->neighbor.was = o->was;
+        status = ry_neighbor_rebuild(&plan->neighbor, g, &plan->pairs, error);
+        plan->neighbor.was = NULL;
+    }
+    ry_places_give_back(o);
+    plan->ordered_at = state->step;
+    return status;
+}
+
 static ry_status run_neighbor(ry_plan *plan, ry_state *state, ry_error *error)
 {
     if (plan->must_rebuild) {
         ry_contact_close(&plan->contact, &state->grains, &plan->pairs);
-        RY_TRY(ry_neighbor_rebuild(&plan->neighbor, &state->grains, &plan->pairs, error));
+        RY_TRY(is_out_of_order(plan, state)
+                   ? put_in_order(plan, state, error)
+                   : ry_neighbor_rebuild(&plan->neighbor, &state->grains, &plan->pairs, error));
         plan->must_rebuild = 0;
     }
     return RY_OK;

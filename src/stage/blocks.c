@@ -117,12 +117,16 @@ static void find_reach(void *context, int32_t begin, int32_t end, int thread)
     }
 }
 
+static int is_far(const ry_blocks *b, int32_t k)
+{
+    return (k - b->low[k]) * RY_BLOCK > FAR || (b->high[k] - k) * RY_BLOCK > FAR;
+}
+
 /* Grains whose pairs must be done before all contacts of a block are known. */
 static int32_t known_at(const ry_blocks *b, const ry_pairs *pairs, int chunk, int32_t k)
 {
-    const int is_far = (k - b->low[k]) * RY_BLOCK > FAR || (b->high[k] - k) * RY_BLOCK > FAR;
     const int elsewhere = b->low[k] < b->edge[chunk] || b->high[k] >= b->edge[chunk + 1];
-    return b->apart || is_far || elsewhere ? RY_LATE : first_grain(pairs, b->high[k] + 1);
+    return b->apart || is_far(b, k) || elsewhere ? RY_LATE : first_grain(pairs, b->high[k] + 1);
 }
 
 /* The latest of a block and those of its partners. */
@@ -274,6 +278,10 @@ ry_status ry_blocks_lay(ry_blocks *b, ry_pairs *pairs, ry_error *error)
     cut_chunks(b, pairs);
     if (!b->apart) {
         ry_parallel(b->threads, b->n, find_reach, &task);
+    }
+    b->n_far = 0;
+    for (int32_t k = 0; k < b->n; k++) {
+        b->n_far += is_far(b, k);
     }
     for (int t = 0; t < b->threads; t++) {
         find_due(b, pairs, t);

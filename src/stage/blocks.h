@@ -45,6 +45,7 @@ typedef struct ry_blocks {
     ry_pass pass[RY_MOST_PASSES];
 
     int32_t n;           /* blocks */
+    int32_t n_far;       /* of which so many have partners far away in memory */
     int32_t *low, *high; /* n: blocks of the furthest partners */
     int32_t *due[RY_MOST_PASSES + 1]; /* n: grains whose pairs must be done before; RY_LATE. Of each pass that does
                                          not follow at once; first of all: when all contacts are known */

@@ -29,13 +29,6 @@ void ry_sleep_scale(ry_sleep *s, double tolerance, double d, double gravity, dou
     s->check_every = (int64_t)ceil(0.5 / s->part);
 }
 
-void ry_sleep_carry(ry_sleep *s, void *array, size_t size)
-{
-    if (array != NULL) {
-        s->carried[s->n_carried++] = (ry_carried){array, size};
-    }
-}
-
 /* ---- the force on sleepers ------------------------------------------------------------------- */
 
 static int is_listed(const ry_pairs *pairs, int32_t k)
@@ -170,10 +163,10 @@ static void find_woken(ry_sleep *s)
 {
     const int64_t step = s->state->step;
     const int advanced = s->flow != NULL && step % s->flow->advance == 0;
-    const int32_t n_struck = feel(s, s->moved);
+    const int32_t n_struck = feel(s, s->struck);
     s->n_woken = 0;
     for (int32_t m = 0; m < n_struck; m++) {
-        add_woken(s, s->moved[m]);
+        add_woken(s, s->struck[m]);
     }
     if (advanced) {
         sample_asleep(s);
@@ -227,18 +220,18 @@ static void forget_sleep(const ry_sleep *s, int32_t k)
     }
 }
 
-/* With the sets of s->was: places, bodies, list, frozen contacts. */
+/* With the sets of places->was: places, bodies, list, frozen contacts. */
 static ry_status reform(ry_sleep *s, ry_error *error)
 {
     const ry_grains *const g = &s->state->grains;
     ry_motion *const m = s->motion;
-    ry_sleep_carry_all(s);
+    ry_places_change(s->places, s->pairs);
     ry_motion_settle(m, g);
     m->highest_asleep = -INFINITY;
     for (int32_t k = m->n_awake; k < g->n; k++) {
         m->highest_asleep = g->z[k] > m->highest_asleep ? g->z[k] : m->highest_asleep;
     }
-    s->neighbor->was = s->was;
+    s->neighbor->was = s->places->was;
     RY_TRY(ry_neighbor_rebuild(s->neighbor, g, s->pairs, error));
     s->neighbor->was = NULL;
     ry_sleep_list_sets(s);
@@ -430,27 +423,18 @@ ry_status ry_sleep_stage(ry_sleep *s, ry_error *error)
 
 /* ---- making it ------------------------------------------------------------------------------- */
 
-/* Everything that stands in storage order and outlasts a step. */
+/* What of sleep stands in storage order and outlasts a step. */
 static void carry_state(ry_sleep *s)
 {
     ry_state *const state = s->state;
-#define CARRY(type, name, unit, text) ry_sleep_carry(s, state->grains.name, sizeof(type));
-    RY_GRAIN_FIELDS(CARRY)
-#undef CARRY
-#define CARRY(type, name, unit, text) ry_sleep_carry(s, state->sleepers.name, sizeof(type));
+#define CARRY(type, name, unit, text) ry_places_carry(s->places, state->sleepers.name, sizeof(type));
     RY_SLEEP_FIELDS(CARRY)
 #undef CARRY
-    const ry_motion *const m = s->motion;
-    double *const arrays[] = {m->im, m->tm, m->spin_gain, m->weight, m->gx, m->gz, m->cx, m->cz, m->ct};
-    for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++) {
-        ry_sleep_carry(s, arrays[a], sizeof(double));
-    }
     if (s->flow != NULL) {
-        ry_sleep_carry(s, s->flow->viscous, sizeof(double));
-        ry_sleep_carry(s, s->flow->resting.force, sizeof(double));
-        ry_sleep_carry(s, s->flow->resting.slope, sizeof(double));
+        ry_places_carry(s->places, s->flow->resting.force, sizeof(double));
+        ry_places_carry(s->places, s->flow->resting.slope, sizeof(double));
     }
-    ry_sleep_carry(s, s->mark, sizeof *s->mark);
+    ry_places_carry(s->places, s->mark, sizeof *s->mark);
 }
 
 static ry_status make_arrays(ry_sleep *s, ry_error *error)
@@ -464,15 +448,12 @@ static ry_status make_arrays(ry_sleep *s, ry_error *error)
     s->watch = ry_array(n, sizeof *s->watch);
     s->woken = ry_array(n, sizeof *s->woken);
     s->home = ry_array(n, sizeof *s->home);
-    s->was = ry_array(n, sizeof *s->was);
-    s->now = ry_array(n, sizeof *s->now);
-    s->moved = ry_array(n, sizeof *s->moved);
+    s->struck = ry_array(n, sizeof *s->struck);
     s->mark = ry_array(n, sizeof *s->mark);
     s->restless = ry_array(n, sizeof *s->restless);
     s->own_load = ry_array(n, sizeof *s->own_load);
-    s->scratch = ry_array(n, sizeof(double));
-    return s->held && s->felt && s->n_frozen && s->watch && s->woken && s->home && s->was && s->now && s->moved &&
-                   s->mark && s->own_load && s->scratch && s->awake && s->asleep && s->restless
+    return s->held && s->felt && s->n_frozen && s->watch && s->woken && s->home && s->struck &&
+                   s->mark && s->own_load && s->awake && s->asleep && s->restless
                ? RY_OK
                : ry_no_memory(error, n * 100);
 }
@@ -509,8 +490,8 @@ ry_status ry_sleep_create(ry_sleep *s, ry_error *error)
 
 void ry_sleep_free(ry_sleep *s)
 {
-    void *const arrays[] = {s->held, s->felt,  s->n_frozen, s->watch,   s->woken, s->home,   s->was,      s->now,
-                            s->moved, s->mark, s->own_load, s->scratch, s->awake, s->asleep, s->restless, s->kept};
+    void *const arrays[] = {s->held, s->felt,  s->n_frozen, s->watch,   s->woken, s->home,
+                            s->struck, s->mark, s->own_load, s->awake, s->asleep, s->restless, s->kept};
     for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++) {
         free(arrays[a]);
     }

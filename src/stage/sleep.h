@@ -30,13 +30,7 @@
 #include "stage/flow.h"
 #include "stage/motion.h"
 #include "stage/neighbor.h"
-
-/* An array in storage order that is no part of the state's lists: moved when grains change places. */
-typedef struct ry_carried {
-    void *array;
-    size_t size;
-} ry_carried;
-enum { RY_MOST_CARRIED = 64 };
+#include "stage/places.h"
 
 typedef struct ry_sleep {
     double tolerance; /* contact.sleep; 0: nobody sleeps, and nothing below is used */
@@ -50,6 +44,7 @@ typedef struct ry_sleep {
     ry_contact *contact;
     ry_motion *motion;
     ry_pairs *pairs;
+    ry_places *places;      /* with room */
     ry_flow *flow;        /* NULL: no fluid */
     ry_sets *sets;
     int32_t *awake, *asleep; /* n: those of the sets */
@@ -65,12 +60,9 @@ typedef struct ry_sleep {
     int64_t watched;      /* rebuild for which they were listed */
     int32_t *woken, n_woken; /* in this step */
     int32_t *home;        /* ids in the order asked for */
-    int32_t *was, *now, *moved; /* scratch of a permutation */
+    int32_t *struck;      /* n: scratch */
     uint8_t *mark;
     double *own_load;
-    char *scratch;
-    ry_carried carried[RY_MOST_CARRIED];
-    int n_carried;
     double gravity;       /* energy of the sleepers, as of `measured` of the sets [J] */
     int64_t measured;
     int32_t n_fixed;
@@ -82,8 +74,6 @@ typedef struct ry_sleep {
  * contacts of the state are imported into it. Grains asleep come last in storage. */
 ry_status ry_sleep_create(ry_sleep *sleep, ry_error *error);
 void ry_sleep_free(ry_sleep *sleep);
-
-void ry_sleep_carry(ry_sleep *sleep, void *array, size_t size);
 
 /* Who wakes, and at a look who falls asleep; after integrate. */
 ry_status ry_sleep_stage(ry_sleep *sleep, ry_error *error);

@@ -7,16 +7,13 @@
 
 #include "stage/sleep.h"
 
-/* New orders, in sleep->was, and motion->n_awake with them. Those that woke change places with the first sleepers;
+/* New orders, in places->was, and motion->n_awake with them. Those that woke change places with the first sleepers;
  * or all come back to the order asked for, those awake first. */
 void ry_sleep_order_woken(ry_sleep *sleep);
 void ry_sleep_order_all(ry_sleep *sleep);
 
 /* The sets, when grains have changed places. */
 void ry_sleep_list_sets(ry_sleep *sleep);
-
-/* Moves everything to the order of sleep->was. */
-void ry_sleep_carry_all(ry_sleep *sleep);
 
 /* Of all contacts in the state those of two sleepers; those of the list between grains that now sleep, with their
  * impulses of this step; back to the list those of which a grain has woken. */

@@ -11,47 +11,19 @@
 
 /* ---- grains change places -------------------------------------------------------------------- */
 
-static void carry_one(const ry_sleep *s, char *array, size_t size, int32_t n_moved)
-{
-    for (int32_t m = 0; m < n_moved; m++) {
-        memcpy(s->scratch + (size_t)m * size, array + (size_t)s->was[s->moved[m]] * size, size);
-    }
-    for (int32_t m = 0; m < n_moved; m++) {
-        memcpy(array + (size_t)s->moved[m] * size, s->scratch + (size_t)m * size, size);
-    }
-}
-
-/* To the order of s->was: the old place of each. */
-void ry_sleep_carry_all(ry_sleep *s)
-{
-    int32_t n_moved = 0;
-    for (int32_t k = 0; k < s->state->grains.n; k++) {
-        s->now[s->was[k]] = k;
-        s->moved[n_moved] = k;
-        n_moved += s->was[k] != k;
-    }
-    for (int a = 0; a < s->n_carried; a++) {
-        carry_one(s, s->carried[a].array, s->carried[a].size, n_moved);
-    }
-    for (int32_t p = 0; n_moved > 0 && p < s->pairs->n; p++) {
-        const int32_t j = s->pairs->j[p];
-        s->pairs->j[p] = j < s->state->grains.n ? s->now[j] : j;
-    }
-}
-
 /* Those that woke change places with the first sleepers. */
 void ry_sleep_order_woken(ry_sleep *s)
 {
     const uint8_t *const asleep = s->state->sleepers.asleep;
-    int32_t awake = s->motion->n_awake;
+    int32_t *const was = s->places->was, awake = s->motion->n_awake;
     for (int32_t k = 0; k < s->state->grains.n; k++) {
-        s->was[k] = k;
+        was[k] = k;
     }
     for (int32_t k = awake; k < s->state->grains.n; k++) {
-        if (!asleep[s->was[k]]) {
-            const int32_t first = s->was[awake];
-            s->was[awake++] = s->was[k];
-            s->was[k] = first;
+        if (!asleep[was[k]]) {
+            const int32_t first = was[awake];
+            was[awake++] = was[k];
+            was[k] = first;
         }
     }
     s->motion->n_awake = awake;
@@ -61,12 +33,12 @@ void ry_sleep_order_woken(ry_sleep *s)
 void ry_sleep_order_all(ry_sleep *s)
 {
     const ry_state *const state = s->state;
-    int32_t next = 0;
+    int32_t *const was = s->places->was, next = 0;
     for (int asleep = 0; asleep < 2; asleep++) {
         for (int32_t r = 0; r < state->grains.n; r++) {
             const int32_t k = s->pairs->place[s->home[r]];
             if (state->sleepers.asleep[k] == asleep) {
-                s->was[next++] = k;
+                was[next++] = k;
             }
         }
         s->motion->n_awake = asleep == 0 ? next : s->motion->n_awake;
