@@ -310,7 +310,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     plan->threads = threads > 0 ? threads : ry_plan_threads(g->n);
     plan->threads = plan->threads < RY_MOST_THREADS ? plan->threads : RY_MOST_THREADS;
     set_features(plan, config, 0);
-    plan->keeps_order = config->numerics_order == RY_ORDER_BED;
+    plan->keeps_order = config->numerics_order == RY_ORDER_BED && config->has_grains;
     set_walls(plan, config);
     ry_motion *const m = &plan->motion;
     m->threads = plan->threads;

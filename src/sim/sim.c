@@ -21,7 +21,7 @@ enum { MOST_TO_KEEP = 200000 };
 
 typedef struct ry_key {
     int last;
-    double key, second;
+    double key;
     int32_t id;
 } ry_key;
 
@@ -31,18 +31,18 @@ static int compare_keys(const void *a, const void *b)
     if (p->last != q->last) {
         return p->last - q->last;
     }
-    if (p->key != q->key) {
-        return p->key < q->key ? -1 : 1;
-    }
-    return p->second < q->second ? -1 : (p->second > q->second ? 1 : p->id - q->id);
+    return p->key < q->key ? -1 : (p->key > q->key ? 1 : p->id - q->id);
 }
 
-/* Puts the grains of a state, which is in id order, into the order asked for; those that sleep come last. */
+/* Puts the grains of a state, which is in id order, into the order asked for; those that sleep come last. Grains of
+ * which there is no bed stay in the order in which they were given. */
 static ry_status order_grains(ry_state *state, const ry_config *config, double d, ry_error *error)
 {
     ry_grains *const g = &state->grains;
     const uint8_t *const asleep = state->sleepers.asleep;
-    if (config->numerics_order == RY_ORDER_ID && asleep == NULL) {
+    const int bed = config->numerics_order == RY_ORDER_BED && config->has_grains;
+    const int by_id = !bed && config->numerics_order != RY_ORDER_SHUFFLED;
+    if (by_id && asleep == NULL) {
         return RY_OK;
     }
     ry_key *const keys = ry_array((size_t)g->n, sizeof *keys);
@@ -57,11 +57,9 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
         return error->status;
     }
     for (int32_t k = 0; k < g->n; k++) {
-        const int bed = config->numerics_order == RY_ORDER_BED, by_id = config->numerics_order == RY_ORDER_ID;
         keys[k] = (ry_key){asleep != NULL && asleep[k],
                            by_id ? k : bed ? floor(g->x[k] / d)
-                               : ry_random((uint32_t)config->grains_seed, RY_RANDOM_ORDER, (uint64_t)g->id[k]),
-                           0.0, k};
+                               : ry_random((uint32_t)config->grains_seed, RY_RANDOM_ORDER, (uint64_t)g->id[k]), k};
     }
     qsort(keys, (size_t)g->n, sizeof *keys, compare_keys);
     for (int32_t k = 0; k < g->n; k++) {

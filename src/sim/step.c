@@ -12,8 +12,8 @@
 
 /* ---- stages before ---------------------------------------------------------------------------- */
 
-/* Grains that have flowed lie far in memory from those around them, and their blocks are late: they are put in order along
- * the bed again, if many blocks are and the last time is some while ago. */
+/* Grains that have flowed lie far in memory from those around them, and their blocks are late: they are put in order
+ * along the bed again, if many blocks are and the last time is some while ago. */
 enum { ORDER_EVERY = 1000, FEW_FAR = 16 };
 
 static int is_out_of_order(const ry_plan *plan, const ry_state *state)

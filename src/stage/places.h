@@ -36,7 +36,8 @@ void ry_places_carry(ry_places *places, void *array, size_t size);
 void ry_places_carry_grains(ry_places *places, const ry_grains *grains);
 
 /* Fills `was` with an order along the bed: by columns as wide as d, in each by id. */
-ry_status ry_places_along_bed(ry_places *places, const ry_grains *grains, const int32_t *place, double d, ry_error *error);
+ry_status ry_places_along_bed(ry_places *places, const ry_grains *grains, const int32_t *place, double d,
+                              ry_error *error);
 
 /* Moves everything to the order of `was`; the list is then to be made anew. */
 void ry_places_change(const ry_places *places, ry_pairs *pairs);
