@@ -9,6 +9,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "stage/four.h"
 
 /* ---- who touches ---------------------------------------------------------------------------- */
@@ -360,10 +361,25 @@ static int fetch_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
     return whole;
 }
 
+/* What the law needs of these pairs, while their grains are fetched. */
+static void ask_for_memory(const ry_pairs *pairs, int32_t first, int32_t end)
+{
+    enum { LINE = RY_ALIGNMENT / sizeof(double) };
+    for (int32_t p = first; p < end; p += LINE) {
+        __builtin_prefetch(pairs->slip + p, 1);
+    }
+    for (int32_t p = first; pairs->rest != NULL && p < end; p += LINE) {
+        __builtin_prefetch(pairs->rest + p, 1);
+    }
+}
+
 void ry_contact_push(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t end, int chunk)
 {
     ry_near near;
     near.books = books_of(c, chunk);
+    if (c->large) {
+        ask_for_memory(pairs, first, end);
+    }
     const int whole = fetch_block(c, g, pairs, first, end - first, &near);
     if (near.opens && (c->features & RY_CONTACT_LEDGER) && (c->features & RY_CONTACT_FRICTION)) {
         book_openings(c, g, pairs, first, &near);
