@@ -65,7 +65,8 @@ static ry_cost cost_of(const ry_runner *r)
 {
     const ry_plan *const plan = &r->sim->plan;
     const double steps = (double)(r->sim->state.step - r->first);
-    ry_cost cost = {.wall_seconds = ry_clock() - r->started, .rebuilds = plan->neighbor.rebuilds,
+    const double loop = r->result->wall_seconds; /* known when it is over */
+    ry_cost cost = {.wall_seconds = loop > 0.0 ? loop : ry_clock() - r->started, .rebuilds = plan->neighbor.rebuilds,
                     .threads = plan->threads, .n_stages = plan->n_stages};
     cost.asleep = plan->has_sleep ? plan->sleep.slept / fmax((double)plan->sleep.steps, 1.0) : NAN;
     cost.grain_steps_per_second = steps * r->sim->state.grains.n / fmax(cost.wall_seconds, 1e-9);
