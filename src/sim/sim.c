@@ -163,6 +163,12 @@ void ry_sim_free(ry_sim *sim)
 
 /* ---- keeping a state ------------------------------------------------------------------------- */
 
+static ry_status refuse_broken(const ry_sim *sim, ry_error *error)
+{
+    return !sim->broken ? RY_OK : ry_fail(error, RY_BAD_FILE, "out of memory in step %lld, from where nothing goes on",
+                                          (long long)sim->state.step);
+}
+
 /* What nobody has looked at may not be computed yet; it is no less part of the state. */
 static void complete_column(const ry_sim *sim)
 {
@@ -223,11 +229,19 @@ static ry_status check(ry_sim *sim, ry_error *error)
     return RY_OK;
 }
 
+static ry_status step_once(ry_sim *sim, int timed, ry_error *error)
+{
+    const ry_status status = ry_plan_step(&sim->plan, &sim->state, timed, error);
+    sim->broken = status != RY_OK;
+    return status;
+}
+
 ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
 {
+    RY_TRY(refuse_broken(sim, error));
     for (long long k = 0; k < n; k++) {
         const int timed = sim->state.step % TIME_EVERY == 0;
-        RY_TRY(ry_plan_step(&sim->plan, &sim->state, timed, error));
+        RY_TRY(step_once(sim, timed, error));
         sim->timed += timed;
         if (sim->state.step % CHECK_EVERY == 0) {
             const ry_status status = check(sim, error);
@@ -257,6 +271,7 @@ ry_view ry_sim_view(const ry_sim *sim)
 
 ry_status ry_sim_collect(ry_sim *sim, ry_error *error)
 {
+    RY_TRY(refuse_broken(sim, error));
     if (sim->restored) {
         return RY_OK;
     }
@@ -294,6 +309,9 @@ ry_sample ry_sim_sample_of(ry_sim *sim, int energies)
 {
     ry_plan *const plan = &sim->plan;
     const ry_derived *const q = &plan->derived;
+    if (sim->broken) {
+        return (ry_sample){0};
+    }
     ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, ry_plan_sets(plan));
     ry_contact_sums contacts = {0};
     if (energies) {
@@ -320,7 +338,7 @@ ry_sample ry_sim_sample_of(ry_sim *sim, int energies)
 void ry_sim_profile(ry_sim *sim)
 {
     ry_plan *const plan = &sim->plan;
-    if (!plan->has_profile) {
+    if (!plan->has_profile || sim->broken) {
         return;
     }
     complete_column(sim);

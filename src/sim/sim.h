@@ -14,6 +14,7 @@ struct ry_sim {
     ry_state good;    /* the state at the last check (sim/kept.h); empty where it would cost too much memory */
     int keeps_good;
     int restored;     /* the state is that one again, contacts included: the list knows of others */
+    int broken;       /* memory ran out within a step: the list may be half made, so nobody asks it any more */
     ry_plan plan;
     int64_t timed;    /* steps whose stages were timed */
 };
