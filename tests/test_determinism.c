@@ -177,17 +177,19 @@ static void test_books(void **state)
     }
 }
 
-/* What is kept of a run that has become unphysical is the state of the check before, contacts and books included. Here
- * a grain falls faster and faster, beside one that lies on the ground. */
+/* A grain falls faster and faster, beside one that lies on the ground: from step 417 on, by more than its diameter
+ * in a step. Ends at step 500. */
+static const char falling[] = "time: {step: 20 us, end: 10 ms}\ndomain: {floor: flat, gravity: 6000}\n"
+                              "output: {fields: [energy]}\ncontact: {stiffness: 1e4, restitution: 0.5}\n"
+                              "particles:\n"
+                              "  - {position: [0, 100], diameter: 1 mm, density: 2650}\n"
+                              "  - {position: [0.1, 0.0006], diameter: 1 mm, density: 2650}\n";
+
+/* What is kept of a run that has become unphysical is the state of the check before, contacts and books included. */
 static void test_kept_state(void **state)
 {
     (void)state;
-    const char *const text = "time: {step: 20 us}\ndomain: {floor: flat, gravity: 6000}\noutput: {fields: [energy]}\n"
-                             "contact: {stiffness: 1e4, restitution: 0.5}\n"
-                             "particles:\n"
-                             "  - {position: [0, 100], diameter: 1 mm, density: 2650}\n"
-                             "  - {position: [0.1, 0.0006], diameter: 1 mm, density: 2650}\n";
-    scene *const good = open_text(text), *const bad = open_text(text);
+    scene *const good = open_text(falling), *const bad = open_text(falling);
     ry_error error = {0};
     step_scene(good, 256);
     const unsigned long long hash = ry_sim_hash(good->sim);
@@ -197,6 +199,20 @@ static void test_kept_state(void **state)
     assert_true(ry_state_checksum(&bad->sim->state) == ry_state_checksum(&good->sim->state));
     close_scene(good);
     close_scene(bad);
+}
+
+/* The steps since the last check are looked at, too, when a run ends. */
+static void test_checked_at_end(void **state)
+{
+    (void)state;
+    scene *const s = open_text(falling);
+    const ry_run_options options = {.threads = 1};
+    ry_run_result result;
+    ry_error error = {0};
+    step_scene(s, 256);
+    assert_int_equal(ry_run(&s->config, &options, &result, &error), RY_UNPHYSICAL);
+    assert_true(result.hash == ry_sim_hash(s->sim));
+    close_scene(s);
 }
 
 /* The ledger changes nothing but itself: the grains go the same ways. */
@@ -316,6 +332,7 @@ int main(void)
         cmocka_unit_test(test_looking),
         cmocka_unit_test(test_books),
         cmocka_unit_test(test_kept_state),
+        cmocka_unit_test(test_checked_at_end),
         cmocka_unit_test(test_ledger_is_neutral),
         cmocka_unit_test(test_going_on),
         cmocka_unit_test(test_resume),

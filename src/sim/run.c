@@ -375,7 +375,11 @@ static ry_status run(ry_runner *r, const ry_config *config, ry_error *error)
     r->first = r->sim->state.step;
     r->last = r->sim->plan.derived.steps_end;
     r->started = r->shown = r->flushed = r->saved = ry_clock();
-    RY_TRY(loop(r, error));
+    const ry_status status = loop(r, error);
+    if (status == RY_OK || status == RY_STOPPED) { /* nobody has looked at the last steps */
+        RY_TRY(ry_sim_check(r->sim, error));
+    }
+    RY_TRY(status);
     r->result->wall_seconds = ry_clock() - r->started;
     r->result->steps = r->sim->state.step - r->first;
     if (r->file != NULL) {

@@ -206,7 +206,7 @@ static ry_status report(const ry_sim *sim, const char *what, int32_t k, ry_error
 #define DEEPEST 1.9
 
 /* Non-finite numbers, a grain that jumps over its own diameter in a step, or into another. */
-static ry_status check(ry_sim *sim, ry_error *error)
+static ry_status look_through(ry_sim *sim, ry_error *error)
 {
     ry_plan *const plan = &sim->plan;
     const ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, ry_plan_sets(plan));
@@ -229,6 +229,18 @@ static ry_status check(ry_sim *sim, ry_error *error)
     return RY_OK;
 }
 
+ry_status ry_sim_check(ry_sim *sim, ry_error *error)
+{
+    const ry_status status = look_through(sim, error);
+    if (status == RY_UNPHYSICAL && sim->keeps_good) {
+        RY_TRY(ry_kept_give(&sim->good, &sim->state, error));
+        sim->restored = 1;
+        sim->plan.sets.n_awake = sim->state.grains.n; /* who slept then is not known here */
+        sim->plan.sets.n_asleep = 0;
+    }
+    return status;
+}
+
 static ry_status step_once(ry_sim *sim, int timed, ry_error *error)
 {
     const ry_status status = ry_plan_step(&sim->plan, &sim->state, timed, error);
@@ -244,14 +256,7 @@ ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
         RY_TRY(step_once(sim, timed, error));
         sim->timed += timed;
         if (sim->state.step % CHECK_EVERY == 0) {
-            const ry_status status = check(sim, error);
-            if (status == RY_UNPHYSICAL && sim->keeps_good) {
-                RY_TRY(ry_kept_give(&sim->good, &sim->state, error));
-                sim->restored = 1;
-                sim->plan.sets.n_awake = sim->state.grains.n; /* who slept then is not known here */
-                sim->plan.sets.n_asleep = 0;
-            }
-            RY_TRY(status);
+            RY_TRY(ry_sim_check(sim, error));
         }
     }
     return RY_OK;

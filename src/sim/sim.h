@@ -22,6 +22,10 @@ struct ry_sim {
 /* A simulation that goes on from `state`, whose arrays it takes over. */
 ry_sim *ry_sim_adopt(const ry_config *config, ry_state *state, int threads, ry_error *error);
 
+/* Whether the state is still physical; ry_sim_step looks every 256 steps. If not, it is that of the last good check
+ * again. */
+ry_status ry_sim_check(ry_sim *sim, ry_error *error);
+
 /* Brings the contacts of the state up to date; before it is saved or hashed. */
 ry_status ry_sim_collect(ry_sim *sim, ry_error *error);
 
