@@ -144,6 +144,18 @@ RY_INLINE ry_four load_slot(const ry_shop *from, const int how, int32_t p)
     return ry_four_load(own ? pairs->slot[ry_shelf_slot(&from->own, p)] : ry_pairs_slot(pairs, p));
 }
 
+/* In small beds, which are the same for many steps, the processor learns how many pairs each grain has; in large ones it
+ * guesses wrong, and it is faster to look at so many on each side always, zeros for those that are not there. */
+enum { GUESSED = 3 };
+static const double nothing[RY_SLOT];
+
+RY_INLINE ry_four load_if(const ry_shop *from, int is_there, int32_t p)
+{
+    const intptr_t zeros = (intptr_t)nothing;
+    const intptr_t slot = (intptr_t)from->near + (intptr_t)(((uint32_t)p & from->mask) * sizeof nothing);
+    return ry_four_load((const double *)(zeros + ((slot - zeros) & -(intptr_t)is_there))); /* no branch */
+}
+
 /* Ascending id of the partner: those with lower ids (where the grain is the partner of the pair), its
  * own row, then the walls. */
 RY_INLINE ry_four sum_slots(const ry_pairs *pairs, const ry_shop *from, const int how, int walls, int32_t k)
@@ -151,16 +163,24 @@ RY_INLINE ry_four sum_slots(const ry_pairs *pairs, const ry_shop *from, const in
     const int32_t *const below = pairs->below, *const below_start = pairs->below_start, *const row = pairs->row;
     const ry_four opposite = {-1.0, -1.0, 1.0, 1.0};
     ry_four sum = {0.0, 0.0, 0.0, 0.0};
-    for (int32_t b = below_start[k]; b < below_start[k + 1]; b++) {
+    int32_t b = below_start[k], p = row[k];
+    const int32_t b_end = below_start[k + 1], p_end = row[k + 1];
+    for (int m = 0; how == NEAR && m < GUESSED; m++, b++) { /* there is room behind the last */
+        sum += opposite * load_if(from, b < b_end, below[b]);
+    }
+    for (; b < b_end; b++) {
         sum += opposite * load_slot(from, how, below[b]);
     }
-    for (int32_t p = row[k]; p < row[k + 1]; p++) {
+    for (int m = 0; how == NEAR && m < GUESSED; m++, p++) {
+        sum += load_if(from, p < p_end, p);
+    }
+    for (; p < p_end; p++) {
         sum += load_slot(from, how, p);
     }
     for (int w = 0; w < walls; w++) {
-        const int32_t p = pairs->wall_slot[w][k];
-        if (p >= 0) {
-            sum += load_slot(from, how, p);
+        const int32_t at_wall = pairs->wall_slot[w][k];
+        if (at_wall >= 0) {
+            sum += load_slot(from, how, at_wall);
         }
     }
     return sum;
