@@ -144,8 +144,8 @@ RY_INLINE ry_four load_slot(const ry_shop *from, const int how, int32_t p)
     return ry_four_load(own ? pairs->slot[ry_shelf_slot(&from->own, p)] : ry_pairs_slot(pairs, p));
 }
 
-/* In small beds, which are the same for many steps, the processor learns how many pairs each grain has; in large ones it
- * guesses wrong, and it is faster to look at so many on each side always, zeros for those that are not there. */
+/* In small beds, which are the same for many steps, the processor learns how many pairs each grain has; in large ones
+ * it guesses wrong, and it is faster to look at so many on each side always, zeros for those that are not there. */
 enum { GUESSED = 3 };
 static const double nothing[RY_SLOT];
 
