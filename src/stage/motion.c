@@ -116,22 +116,22 @@ RY_CLONES static void turn_half_a_kick(const ry_motion *m, const double *restric
  * most of them on the shelf of their own chunk. */
 enum { PLAIN, NEAR, FAR };
 
-typedef struct ry_shop {
+typedef struct ry_slots {
     const char *near; /* of slot 0 of the rule, which may lie before the array */
     size_t mask;
     const ry_pairs *pairs;
     ry_shelf own;
     int32_t first, end; /* its pairs */
-} ry_shop;
+} ry_slots;
 
-static ry_shop shop_for(const ry_pairs *pairs, ry_way way, int chunk)
+static ry_slots slots_for(const ry_pairs *pairs, ry_way way, int chunk)
 {
     const intptr_t base = (intptr_t)way.base * (intptr_t)sizeof *pairs->slot;
-    return (ry_shop){.near = (const char *)((intptr_t)pairs->slot + base), .mask = (uint32_t)way.mask, .pairs = pairs,
+    return (ry_slots){.near = (const char *)((intptr_t)pairs->slot + base), .mask = (uint32_t)way.mask, .pairs = pairs,
                      .own = pairs->shelf[chunk], .first = pairs->chunk[chunk], .end = pairs->chunk[chunk + 1]};
 }
 
-RY_INLINE ry_four load_slot(const ry_shop *from, const int how, int32_t p)
+RY_INLINE ry_four load_slot(const ry_slots *from, const int how, int32_t p)
 {
     const ry_pairs *const pairs = from->pairs;
     if (how == PLAIN) {
@@ -149,7 +149,7 @@ RY_INLINE ry_four load_slot(const ry_shop *from, const int how, int32_t p)
 enum { GUESSED = 3 };
 static const double nothing[RY_SLOT];
 
-RY_INLINE ry_four load_if(const ry_shop *from, int is_there, int32_t p)
+RY_INLINE ry_four load_if(const ry_slots *from, int is_there, int32_t p)
 {
     const intptr_t zeros = (intptr_t)nothing;
     const intptr_t slot = (intptr_t)from->near + (intptr_t)(((uint32_t)p & from->mask) * sizeof nothing);
@@ -158,7 +158,7 @@ RY_INLINE ry_four load_if(const ry_shop *from, int is_there, int32_t p)
 
 /* Ascending id of the partner: those with lower ids (where the grain is the partner of the pair), its
  * own row, then the walls. */
-RY_INLINE ry_four sum_slots(const ry_pairs *pairs, const ry_shop *from, const int how, int walls, int32_t k)
+RY_INLINE ry_four sum_slots(const ry_pairs *pairs, const ry_slots *from, const int how, int walls, int32_t k)
 {
     const int32_t *const below = pairs->below, *const below_start = pairs->below_start, *const row = pairs->row;
     const ry_four opposite = {-1.0, -1.0, 1.0, 1.0};
@@ -197,8 +197,8 @@ static int count_walls(const ry_pairs *pairs)
 
 void ry_motion_listed(const ry_pairs *pairs, int32_t k, double *slot)
 {
-    const ry_shop shop = shop_for(pairs, (ry_way){0}, 0);
-    ry_four_store(slot, sum_slots(pairs, &shop, FAR, count_walls(pairs), k));
+    const ry_slots slots = slots_for(pairs, (ry_way){0}, 0);
+    ry_four_store(slot, sum_slots(pairs, &slots, FAR, count_walls(pairs), k));
 }
 
 /* The sums of a block, at place `at` of cx, cz, ct. */
@@ -207,10 +207,10 @@ RY_INLINE void gather_body(const ry_motion *m, const ry_pairs *pairs, ry_way way
 {
     const int32_t at = ry_motion_at(m, begin, chunk);
     double *restrict const cx = m->cx + at, *restrict const cz = m->cz + at, *restrict const ct = m->ct + at;
-    const ry_shop shop = shop_for(pairs, way, chunk);
+    const ry_slots slots = slots_for(pairs, way, chunk);
     const int walls = count_walls(pairs);
     for (int32_t k = 0; k < n; k++) {
-        const ry_four sum = sum_slots(pairs, &shop, how, walls, begin + k);
+        const ry_four sum = sum_slots(pairs, &slots, how, walls, begin + k);
         cx[k] = sum[RY_SLOT_X];
         cz[k] = sum[RY_SLOT_Z];
         ct[k] = sum[RY_SLOT_TURN];
