@@ -3,10 +3,11 @@
 #include "base/exact.h"
 
 #include <math.h>
+#include <string.h>
 
 enum { BITS = 40 }; /* between the units */
 
-/* 512 terms of the largest size make 2^53 coarse units. */
+/* Terms up to the largest are 2^45 coarse units at most, which leaves 2^51 room for those that are larger. */
 ry_scale ry_scale_make(double largest)
 {
     const int coarse = ilogb(largest) + 1 - 44;
@@ -16,13 +17,6 @@ ry_scale ry_scale_make(double largest)
 static double unit(double cut)
 {
     return cut / 6755399441055744.0; /* 1.5 x 2^52 */
-}
-
-/* Not a number, or beyond all bounds: such a run is stopped anyway. */
-static int64_t units(double sum, double cut)
-{
-    const double n = sum / unit(cut);
-    return fabs(n) < 0x1p62 ? (int64_t)n : 0;
 }
 
 /* Totals wrap rather than overflow. */
@@ -39,18 +33,26 @@ void ry_exact_join(ry_exact *sum, ry_exact other)
     sum->low = rest;
 }
 
-/* Contraction and reordering are off everywhere, but for that of the sums, which is free. */
+RY_INLINE uint64_t bits(double number)
+{
+    uint64_t same;
+    memcpy(&same, &number, sizeof same);
+    return same;
+}
+
+/* The last bits of what is cut count units: whole numbers, which add up without being turned into any. */
 RY_CLONES static ry_exact units_of(ry_scale scale, const double *terms, int32_t n)
 {
-    double high = 0.0, low = 0.0;
+    uint64_t high = 0, low = 0;
 #pragma omp simd reduction(+ : high, low)
     for (int32_t k = 0; k < n; k++) {
-        const double coarse = (terms[k] + scale.high) - scale.high;
-        const double fine = ((terms[k] - coarse) + scale.low) - scale.low;
-        high += coarse;
-        low += fine;
+        const double coarse = terms[k] + scale.high;
+        const double fine = (terms[k] - (coarse - scale.high)) + scale.low;
+        high += bits(coarse);
+        low += bits(fine);
     }
-    return (ry_exact){units(high, scale.high), units(low, scale.low)};
+    const uint64_t count = (uint64_t)n;
+    return (ry_exact){(int64_t)(high - count * bits(scale.high)), (int64_t)(low - count * bits(scale.low))};
 }
 
 void ry_exact_add(ry_exact *sum, ry_scale scale, const double *terms, int32_t n)

@@ -269,21 +269,43 @@ static void put_list(const ry_contact *c, ry_pairs *pairs, int chunk, const ry_n
 
 /* ---- all pairs ------------------------------------------------------------------------------ */
 
+enum { EIGHT = 8 };
+
+RY_INLINE uint64_t eight_bytes(const uint8_t *from)
+{
+    uint64_t word;
+    memcpy(&word, from, sizeof word);
+    return word;
+}
+
+RY_CLONES static void mark_openings(const ry_near *near, uint8_t *restrict opens)
+{
+    for (int32_t k = 0; k < near->n_padded; k++) {
+        opens[k] = !(near->distance[k] < near->radii[k]) & (near->age[k] != 0.0);
+    }
+}
+
+static void book_opening(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p, int32_t k,
+                         const ry_near *near)
+{
+    const ry_gap gap = {near->dx[k], near->dz[k], near->distance[k]};
+    const double stretch = ry_contact_bond(c, near->i[k], near->j[k]).stretch;
+    const double energy = ry_contact_tangential(c, g, pairs, p, gap, stretch);
+    ry_exact_add(&near->books->loss_opening, c->scale, &energy, 1);
+}
+
 /* Books what the contacts that have opened still hold. */
 static void book_openings(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t first,
                           const ry_near *near)
 {
-    int32_t opened[RY_CONTACT_BLOCK], n = 0; /* listed first: there is no branch to guess wrong */
-    for (int32_t k = 0; k < near->n; k++) {
-        opened[n] = k;
-        n += !(near->distance[k] < near->radii[k]) & (near->age[k] != 0.0);
-    }
-    for (int32_t m = 0; m < n; m++) {
-        const int32_t k = opened[m], i = near->i[k];
-        const ry_gap gap = {near->dx[k], near->dz[k], near->distance[k]};
-        const double stretch = ry_contact_bond(c, i, near->j[k]).stretch;
-        const double energy = ry_contact_tangential(c, g, pairs, first + k, gap, stretch);
-        ry_exact_add(&near->books->loss_opening, c->scale, &energy, 1);
+    uint8_t opens[RY_CONTACT_BLOCK];
+    mark_openings(near, opens);
+    for (int32_t eight = 0; eight < near->n_padded; eight += EIGHT) {
+        for (int32_t k = eight; eight_bytes(opens + eight) != 0 && k < eight + EIGHT; k++) {
+            if (opens[k] && k < near->n) {
+                book_opening(c, g, pairs, first + k, k, near);
+            }
+        }
     }
 }
 
@@ -315,13 +337,10 @@ static void book_losses(const ry_contact *c, const ry_near *near, int which)
     }
 }
 
-enum { EIGHT = 8 };
-
 /* One of eight ages is 1 to RY_IMPACT_STEPS, which is 4: in one word, of which each byte is looked at for itself. */
 RY_INLINE int any_young(const uint8_t *age)
 {
-    uint64_t ages;
-    memcpy(&ages, age, sizeof ages);
+    const uint64_t ages = eight_bytes(age);
     const uint64_t ones = UINT64_C(0x0101010101010101);
     const uint64_t old = ((ages & 0x7f * ones) + 0x7b * ones) | ages; /* top bit of a byte: 5 and more */
     const uint64_t some = (ages | (ages >> 1) | (ages >> 2)) << 7;    /* top bit: 1 to 7, and others */
