@@ -75,33 +75,60 @@ double ry_contact_tangential(const ry_contact *c, const ry_grains *g, const ry_p
  * processor: those of so many grains further on are asked for. */
 enum { AHEAD = 96 };
 
-/* One load fetches half a grain; what the law needs of a pair is differences (of position and velocity) and sums. */
-RY_INLINE void fetch_body(const ry_contact *c, ry_near *near, const int ahead)
+/* What the law needs of a pair is differences (of position and velocity) and sums. One load fetches half a grain: */
+RY_INLINE void fetch_four(const double (*body)[RY_BODY], ry_near *near, int32_t k)
+{
+    const int32_t *const i = near->i + k, *const j = near->j + k;
+    const ry_four flip = {-1.0, -1.0, 1.0, 1.0};
+    ry_four place[4], motion[4];
+    for (int32_t m = 0; m < 4; m++) {
+        const double *const a = body[i[m]], *const b = body[j[m]];
+        place[m] = ry_four_load(b) + flip * ry_four_load(a);
+        motion[m] = ry_four_load(b + RY_BODY_VX) + flip * ry_four_load(a + RY_BODY_VX);
+    }
+    ry_four_turn(place);
+    ry_four_turn(motion);
+    ry_four_store(near->dx + k, place[RY_BODY_X]);
+    ry_four_store(near->dz + k, place[RY_BODY_Z]);
+    ry_four_store(near->radii + k, place[RY_BODY_R]);
+    ry_four_store(near->turn + k, place[RY_BODY_TURN]);
+    ry_four_store(near->dvx + k, motion[RY_BODY_VX - RY_BODY_VX]);
+    ry_four_store(near->dvz + k, motion[RY_BODY_VZ - RY_BODY_VX]);
+    ry_four_store(near->im + k, motion[RY_BODY_IM - RY_BODY_VX]);
+    ry_four_store(near->tm + k, motion[RY_BODY_TM - RY_BODY_VX]);
+}
+
+/* or a whole one. */
+RY_INLINE void fetch_eight(const double (*body)[RY_BODY], ry_near *near, int32_t k)
+{
+    const ry_eight flip = {-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0};
+    double *const to[RY_BODY] = {near->dx, near->dz, near->radii, near->turn, near->dvx, near->dvz, near->im, near->tm};
+    ry_eight row[8];
+    for (int32_t m = 0; m < 8; m++) {
+        ry_eight owner, partner;
+        ry_eight_load(&owner, body[near->i[k + m]]);
+        ry_eight_load(&partner, body[near->j[k + m]]);
+        row[m] = partner + flip * owner;
+    }
+    ry_eight_turn(row);
+    for (int32_t m = 0; m < RY_BODY; m++) {
+        ry_eight_store(to[m] + k, &row[m]);
+    }
+}
+
+RY_INLINE void fetch_body(const ry_contact *c, ry_near *near, const int wide, const int ahead)
 {
     const double (*const body)[RY_BODY] = c->body;
-    const int32_t *const i = near->i, *const j = near->j;
-    const ry_four flip = {-1.0, -1.0, 1.0, 1.0};
-    const int32_t n = near->n_padded;
-    for (int32_t k = 0; k < n; k += 4) {
-        ry_four place[4], motion[4];
-        for (int32_t m = 0; m < 4; m++) {
-            const double *const a = body[i[k + m]], *const b = body[j[k + m]];
-            place[m] = ry_four_load(b) + flip * ry_four_load(a);
-            motion[m] = ry_four_load(b + RY_BODY_VX) + flip * ry_four_load(a + RY_BODY_VX);
+    const int32_t n = near->n_padded, at_once = wide ? 8 : 4;
+    for (int32_t k = 0; k < n; k += at_once) {
+        if (wide) {
+            fetch_eight(body, near, k);
+        } else {
+            fetch_four(body, near, k);
         }
-        for (int32_t m = 0; m < ahead; m++) { /* four pairs have about two owners */
-            __builtin_prefetch(body[i[k] + m] + AHEAD * RY_BODY);
+        for (int32_t m = 0; ahead && m < at_once; m += 2) { /* two pairs have about one owner */
+            __builtin_prefetch(body[near->i[k + m / 4 * 4] + m % 4 / 2] + AHEAD * RY_BODY);
         }
-        ry_four_turn(place);
-        ry_four_turn(motion);
-        ry_four_store(near->dx + k, place[RY_BODY_X]);
-        ry_four_store(near->dz + k, place[RY_BODY_Z]);
-        ry_four_store(near->radii + k, place[RY_BODY_R]);
-        ry_four_store(near->turn + k, place[RY_BODY_TURN]);
-        ry_four_store(near->dvx + k, motion[RY_BODY_VX - RY_BODY_VX]);
-        ry_four_store(near->dvz + k, motion[RY_BODY_VZ - RY_BODY_VX]);
-        ry_four_store(near->im + k, motion[RY_BODY_IM - RY_BODY_VX]);
-        ry_four_store(near->tm + k, motion[RY_BODY_TM - RY_BODY_VX]);
     }
     const double length = c->length, half = c->half;
     int opens = 0, young = 0;
@@ -119,19 +146,23 @@ RY_INLINE void fetch_body(const ry_contact *c, ry_near *near, const int ahead)
     near->young = young;
 }
 
-RY_CLONES static void fetch_cached(const ry_contact *c, ry_near *near)
-{
-    fetch_body(c, near, 0);
-}
-
-RY_CLONES static void fetch_ahead(const ry_contact *c, ry_near *near)
-{
-    fetch_body(c, near, 2);
-}
+#define FETCH(name, target, wide, ahead)                     \
+    target static void name(const ry_contact *c, ry_near *near) \
+    {                                                        \
+        fetch_body(c, near, wide, ahead);                    \
+    }
+FETCH(fetch_cached, RY_CLONES, 0, 0)
+FETCH(fetch_ahead, RY_CLONES, 0, 1)
+FETCH(fetch_cached_wide, RY_WIDE, 1, 0)
+FETCH(fetch_ahead_wide, RY_WIDE, 1, 1)
 
 static void fetch_grains(const ry_contact *c, ry_near *near)
 {
-    (c->large ? fetch_ahead : fetch_cached)(c, near);
+    if (ry_is_wide()) {
+        (c->large ? fetch_ahead_wide : fetch_cached_wide)(c, near);
+    } else {
+        (c->large ? fetch_ahead : fetch_cached)(c, near);
+    }
 }
 
 /* Walls are at rest and have no radius. */

@@ -3,7 +3,8 @@
  *
  * Four doubles side by side, and how four such rows become four columns: records that lie anywhere in memory
  * are fetched whole, one load each, and sorted in registers; to gather their members one by one takes
- * several times as long. Moves data only: the same bits on any machine. */
+ * several times as long. Eight likewise, in functions marked RY_WIDE, which are called only where ry_is_wide().
+ * Moves data only: the same bits on any machine. */
 #ifndef RY_STAGE_FOUR_H
 #define RY_STAGE_FOUR_H
 
@@ -52,6 +53,69 @@ RY_INLINE void ry_four_turn(ry_four *r)
     r[1] = RY_FOUR_PICK(odd_low, odd_high, 0, 1, 4, 5);
     r[2] = RY_FOUR_PICK(even_low, even_high, 2, 3, 6, 7);
     r[3] = RY_FOUR_PICK(odd_low, odd_high, 2, 3, 6, 7);
+}
+
+/* ---- eight ---------------------------------------------------------------------------------- */
+
+#if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && !defined(RY_ONE_TARGET)
+#define RY_WIDE __attribute__((target("arch=x86-64-v4")))
+#define RY_HAS_WIDE __builtin_cpu_supports("x86-64-v4")
+#else
+#define RY_WIDE
+#ifdef __AVX512F__
+#define RY_HAS_WIDE 1
+#else
+#define RY_HAS_WIDE 0
+#endif
+#endif
+
+RY_INLINE int ry_is_wide(void)
+{
+    return RY_HAS_WIDE != 0;
+}
+
+typedef double ry_eight __attribute__((vector_size(8 * sizeof(double)), aligned(8)));
+typedef int64_t ry_eight_index __attribute__((vector_size(8 * sizeof(int64_t))));
+
+#if defined(__clang__) || __GNUC__ >= 12
+#define RY_EIGHT_PICK(p, q, a, b, c, d, e, f, g, h) __builtin_shufflevector(p, q, a, b, c, d, e, f, g, h)
+#else
+#define RY_EIGHT_PICK(p, q, a, b, c, d, e, f, g, h) __builtin_shuffle(p, q, (ry_eight_index){a, b, c, d, e, f, g, h})
+#endif
+
+RY_INLINE void ry_eight_load(ry_eight *v, const double *from)
+{
+    memcpy(v, from, sizeof *v);
+}
+
+RY_INLINE void ry_eight_store(double *to, const ry_eight *v)
+{
+    memcpy(to, v, sizeof *v);
+}
+
+/* Of the four couples of each: the first and third of both go to p, the others to q. */
+RY_INLINE void ry_eight_sort(ry_eight *p, ry_eight *q)
+{
+    const ry_eight first = RY_EIGHT_PICK(*p, *q, 0, 1, 4, 5, 8, 9, 12, 13);
+    *q = RY_EIGHT_PICK(*p, *q, 2, 3, 6, 7, 10, 11, 14, 15);
+    *p = first;
+}
+
+/* Rows become columns. */
+RY_INLINE void ry_eight_turn(ry_eight *r)
+{
+    for (int k = 0; k < 8; k += 2) {
+        const ry_eight even = RY_EIGHT_PICK(r[k], r[k + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+        r[k + 1] = RY_EIGHT_PICK(r[k], r[k + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+        r[k] = even;
+    }
+    for (int k = 0; k < 8; k += 4) {
+        ry_eight_sort(&r[k], &r[k + 2]);
+        ry_eight_sort(&r[k + 1], &r[k + 3]);
+    }
+    for (int k = 0; k < 4; k++) {
+        ry_eight_sort(&r[k], &r[k + 4]);
+    }
 }
 
 #endif

@@ -63,24 +63,63 @@ static void write_body(const ry_motion *m, const ry_grains *g, int32_t k)
     memcpy(m->body[k], body, sizeof body);
 }
 
-RY_CLONES static void write_bodies(const ry_motion *m, const ry_grains *g, int32_t begin, int32_t end)
+RY_INLINE void write_four(const ry_motion *m, const ry_grains *g, int32_t k)
 {
+    const ry_four r = ry_four_load(g->radius + k);
+    ry_four place[4] = {ry_four_load(g->x + k), ry_four_load(g->z + k), r, ry_four_load(g->spin + k) * r};
+    ry_four motion[4] = {ry_four_load(g->vx + k), ry_four_load(g->vz + k), ry_four_load(m->im + k),
+                         ry_four_load(m->tm + k)};
+    ry_four_turn(place);
+    ry_four_turn(motion);
+    for (int32_t q = 0; q < 4; q++) {
+        ry_four_store(m->body[k + q], place[q]);
+        ry_four_store(m->body[k + q] + RY_BODY_VX, motion[q]);
+    }
+}
+
+RY_INLINE void write_eight(const ry_motion *m, const ry_grains *g, int32_t k)
+{
+    const double *const from[RY_BODY] = {g->x, g->z, g->radius, g->spin, g->vx, g->vz, m->im, m->tm};
+    ry_eight column[8];
+    for (int32_t q = 0; q < RY_BODY; q++) {
+        ry_eight_load(&column[q], from[q] + k);
+    }
+    column[RY_BODY_TURN] *= column[RY_BODY_R];
+    ry_eight_turn(column);
+    for (int32_t q = 0; q < 8; q++) {
+        ry_eight_store(m->body[k + q], &column[q]);
+    }
+}
+
+RY_INLINE void write_range(const ry_motion *m, const ry_grains *g, int32_t begin, int32_t end, const int wide)
+{
+    const int32_t at_once = wide ? 8 : 4;
     int32_t k = begin;
-    for (; k + 4 <= end; k += 4) {
-        const ry_four r = ry_four_load(g->radius + k);
-        ry_four place[4] = {ry_four_load(g->x + k), ry_four_load(g->z + k), r, ry_four_load(g->spin + k) * r};
-        ry_four motion[4] = {ry_four_load(g->vx + k), ry_four_load(g->vz + k), ry_four_load(m->im + k),
-                             ry_four_load(m->tm + k)};
-        ry_four_turn(place);
-        ry_four_turn(motion);
-        for (int32_t q = 0; q < 4; q++) {
-            ry_four_store(m->body[k + q], place[q]);
-            ry_four_store(m->body[k + q] + RY_BODY_VX, motion[q]);
+    for (; k + at_once <= end; k += at_once) {
+        if (wide) {
+            write_eight(m, g, k);
+        } else {
+            write_four(m, g, k);
         }
     }
     for (; k < end; k++) {
         write_body(m, g, k);
     }
+}
+
+RY_CLONES static void write_by_four(const ry_motion *m, const ry_grains *g, int32_t begin, int32_t end)
+{
+    write_range(m, g, begin, end, 0);
+}
+
+RY_WIDE static void write_by_eight(const ry_motion *m, const ry_grains *g, int32_t begin, int32_t end)
+{
+    write_range(m, g, begin, end, 1);
+}
+
+static void write_bodies(const ry_motion *m, const ry_grains *g, int32_t begin, int32_t end)
+{
+    (ry_is_wide() ? write_by_eight : write_by_four)(m, g, begin, end);
 }
 
 void ry_motion_settle(ry_motion *m, const ry_grains *g)
