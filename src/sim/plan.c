@@ -82,7 +82,9 @@ static void fill_motion(ry_motion *m, const ry_config *config, const ry_grains *
         m->tm[k] = m->im[k] + r * r / inertia;
         m->spin_gain[k] = r / inertia;
         m->weight[k] = -config->domain_gravity * volume * (g->density[k] - rho) * m->im[k] * config->time_step;
-        m->gz[k] = m->weight[k];
+        if (m->pushes_kept) {
+            m->gz[k] = m->weight[k];
+        }
     }
 }
 
@@ -291,7 +293,8 @@ static void carry_all(ry_plan *plan, const ry_state *state)
 {
     ry_places *const o = &plan->places;
     const ry_motion *const m = &plan->motion;
-    double *const arrays[] = {m->im, m->tm, m->spin_gain, m->weight, m->gx, m->pushed ? m->gz : NULL};
+    const int pushes = m->pushed && m->pushes_kept;
+    double *const arrays[] = {m->im, m->tm, m->spin_gain, m->weight, pushes ? m->gx : NULL, pushes ? m->gz : NULL};
     double *const sums[] = {m->cx, m->cz, m->ct, plan->measure.impulse, plan->measure.middle, plan->flow.viscous};
     ry_places_carry_grains(o, &state->grains);
     for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++) {
@@ -316,6 +319,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     m->threads = plan->threads;
     m->kept = plan->has_sleep || ry_plan_books_impacts(plan, config);
     m->pushed = plan->has_fluid || plan->has_ledger || plan->has_profile || plan->has_sleep;
+    m->pushes_kept = m->kept || plan->has_profile || !plan->has_fluid; /* without fluid they are made once */
     RY_TRY(ry_motion_create(m, g->n, error));
     m->periodic = config->domain_periodic;
     m->length = plan->derived.length;

@@ -35,7 +35,9 @@ typedef struct ry_stage {
 enum { RY_MOST_STAGES = 10 };
 
 /* What goes through the bed block by block (stage/blocks.h). */
-enum { RY_PASS_NONE, RY_PASS_CONTACT, RY_PASS_GATHER, RY_PASS_TALLY, RY_PASS_LEDGER, RY_PASS_INTEGRATE, RY_PASSES };
+enum {
+    RY_PASS_NONE, RY_PASS_CONTACT, RY_PASS_GATHER, RY_PASS_FLUID, RY_PASS_TALLY, RY_PASS_LEDGER, RY_PASS_INTEGRATE, RY_PASSES
+};
 
 struct ry_plan {
     ry_derived derived;

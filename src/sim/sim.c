@@ -98,7 +98,7 @@ static ry_status set_up(ry_sim *sim, int threads, ry_error *error)
         RY_TRY(ry_state_add_sleepers(&sim->state, error));
     }
     RY_TRY(order_grains(&sim->state, &sim->config, ry_config_derive(&sim->config).d, error));
-    if (sim->config.fluid_model == RY_FLUID_NONE) {
+    if (sim->config.fluid_model != RY_FLUID_STRESS && sim->config.fluid_model != RY_FLUID_BALANCE) {
         free(sim->state.grains.push);
         sim->state.grains.push = NULL;
     }

@@ -65,13 +65,6 @@ static ry_status run_column(ry_plan *plan, ry_state *state, ry_error *error)
     return RY_OK;
 }
 
-static ry_status run_fluid(ry_plan *plan, ry_state *state, ry_error *error)
-{
-    (void)error;
-    ry_flow_sample(&plan->flow, &state->grains, &plan->motion);
-    return RY_OK;
-}
-
 /* ---- passes over the bed ---------------------------------------------------------------------- */
 
 typedef struct ry_bed {
@@ -105,6 +98,17 @@ static void run_gather(void *context, int32_t begin, int32_t end, ry_way way, in
     const int32_t awake = end < m->n_awake ? end : m->n_awake;
     if (begin < awake) {
         ry_motion_gather(m, &bed->plan->pairs, begin, awake, way, chunk);
+    }
+}
+
+static void run_fluid(void *context, int32_t begin, int32_t end, ry_way way, int chunk)
+{
+    const ry_bed *const bed = context;
+    const ry_motion *const m = &bed->plan->motion;
+    const int32_t awake = end < m->n_awake ? end : m->n_awake;
+    (void)way;
+    if (begin < awake) {
+        ry_flow_sample(&bed->plan->flow, &bed->state->grains, m, begin, awake, chunk);
     }
 }
 
@@ -157,6 +161,9 @@ ry_status ry_plan_lay_passes(ry_plan *plan, const ry_config *config, int32_t n_g
         add_pass(plan, run_young, 1, 1, RY_PASS_CONTACT);
     }
     add_pass(plan, run_gather, young, 0, RY_PASS_GATHER);
+    if (plan->has_fluid) {
+        add_pass(plan, run_fluid, 0, 0, RY_PASS_FLUID);
+    }
     if (plan->has_profile) {
         add_pass(plan, run_tally, 0, 0, RY_PASS_TALLY);
     }
@@ -236,11 +243,13 @@ void ry_plan_lay_table(ry_plan *plan, const ry_config *config)
     add_stage(plan, "neighbor", "cells + Verlet list, when due", "positions", "pairs, their memory", run_neighbor);
     if (plan->has_fluid) {
         add_stage(plan, "column", plan->flow_kernel, "grains", "fluid column", run_column);
-        add_stage(plan, "fluid", plan->flow_kernel, "grains, fluid column", "gravity + fluid per grain", run_fluid);
     }
     add_row(plan, RY_PASS_CONTACT, "contact", plan->contact_kernel, "pairs, grains", "impulses and memory per pair");
     add_row(plan, RY_PASS_GATHER, "gather", plan->motion.moves ? "impulses + shifts" : "impulses", "pairs",
             "impulse per grain");
+    if (plan->has_fluid) {
+        add_row(plan, RY_PASS_FLUID, "fluid", plan->flow_kernel, "grains, fluid column", "gravity + fluid per grain");
+    }
     if (plan->has_profile) {
         add_row(plan, RY_PASS_TALLY, "tally", "contact stress", "impulses", "impulse since the last sample");
     }

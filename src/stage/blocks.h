@@ -19,7 +19,7 @@
 #include "store/pairs.h"
 
 /* Grains of a block. */
-enum { RY_BLOCK = 256, RY_MOST_PASSES = 5 };
+enum { RY_BLOCK = 256, RY_MOST_PASSES = 6 };
 
 /* Where the slots of a block's pairs are: slot base + (pair & mask); mask 0: ask ry_pairs_slot. */
 typedef struct ry_way {

@@ -103,11 +103,13 @@ RY_INLINE void see_block(const ry_flow *f, const double *z, int32_t n, ry_seen *
     }
 }
 
-/* Whose force is wanted: of those awake, with what pushes exposed grains or to be summed up there; or of sleepers. */
-enum { SUMMED, PUSHED, RESTING, RESTING_PUSHED, WAYS };
+/* Whose force is wanted, and ry_grains.push: of those awake, without it, where it is summed up, or where it pushes
+ * exposed grains; or of sleepers, the latter likewise. */
+enum { AWAKE, SUMMED, PUSHED, RESTING, RESTING_PUSHED, WAYS };
 
-RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, int32_t n,
-                            ry_flow_drag law, int way)
+/* Grains begin .. begin+n-1; at: their place in gx, gz. */
+RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin, int32_t n,
+                            int32_t at, ry_flow_drag law, int way)
 {
     const int pushed = way == PUSHED || way == RESTING_PUSHED, rests = way == RESTING || way == RESTING_PUSHED;
     ry_seen seen;
@@ -115,8 +117,8 @@ RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, ry_motion *m, 
     const double *const vx = g->vx + begin, *const vz = g->vz + begin, *const radius = g->radius + begin;
     const double *const viscous = f->viscous + begin;
     const double *const im = m->im + begin, *const weight = m->weight + begin;
-    double *restrict const push = g->push + begin, *restrict const gx = m->gx + begin;
-    double *restrict const gz = m->gz + begin;
+    double *restrict const push = pushed || way == SUMMED ? g->push + begin : NULL;
+    double *restrict const gx = m->gx + at, *restrict const gz = m->gz + at;
     double *restrict const force = rests ? f->resting.force + begin : NULL;
     double *restrict const slope = rests ? f->resting.slope + begin : NULL;
     see_block(f, g->z + begin, n, &seen);
@@ -132,29 +134,24 @@ RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, ry_motion *m, 
         if (rests) {
             force[k] = (rate * rx + along) * share;
             slope[k] = rate * share;
-        } else if (!pushed) {
+        } else if (way == SUMMED) {
             push[k] += (rate * rx + along) * share;
         }
     }
 }
 
-RY_INLINE void sample_body(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin,
-                           int32_t end, ry_flow_drag law, int way)
-{
-    for (int32_t k = begin; k < end; k += BLOCK) {
-        sample_block(f, g, m, k, end - k < BLOCK ? end - k : BLOCK, law, way);
+#define SAMPLE(name, law, way)                                                                              \
+    RY_CLONES static void name(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin,     \
+                               int32_t n, int32_t at)                                                       \
+    {                                                                                                       \
+        sample_block(f, g, m, begin, n, at, law, way);                                                      \
     }
-}
-
-#define SAMPLE(name, law, way)                                                                  \
-    RY_CLONES static void name(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, \
-                               int32_t end)                                                     \
-    {                                                                                           \
-        sample_body(f, g, m, begin, end, law, way);                                             \
-    }
-SAMPLE(sample_dallavalle, RY_FLOW_DALLAVALLE, SUMMED)
-SAMPLE(sample_schiller, RY_FLOW_SCHILLER, SUMMED)
-SAMPLE(sample_ferguson, RY_FLOW_FERGUSON, SUMMED)
+SAMPLE(sample_dallavalle_awake, RY_FLOW_DALLAVALLE, AWAKE)
+SAMPLE(sample_schiller_awake, RY_FLOW_SCHILLER, AWAKE)
+SAMPLE(sample_ferguson_awake, RY_FLOW_FERGUSON, AWAKE)
+SAMPLE(sample_dallavalle_summed, RY_FLOW_DALLAVALLE, SUMMED)
+SAMPLE(sample_schiller_summed, RY_FLOW_SCHILLER, SUMMED)
+SAMPLE(sample_ferguson_summed, RY_FLOW_FERGUSON, SUMMED)
 SAMPLE(sample_dallavalle_pushed, RY_FLOW_DALLAVALLE, PUSHED)
 SAMPLE(sample_schiller_pushed, RY_FLOW_SCHILLER, PUSHED)
 SAMPLE(sample_ferguson_pushed, RY_FLOW_FERGUSON, PUSHED)
@@ -165,9 +162,10 @@ SAMPLE(rest_dallavalle_pushed, RY_FLOW_DALLAVALLE, RESTING_PUSHED)
 SAMPLE(rest_schiller_pushed, RY_FLOW_SCHILLER, RESTING_PUSHED)
 SAMPLE(rest_ferguson_pushed, RY_FLOW_FERGUSON, RESTING_PUSHED)
 
-typedef void sample_fn(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, int32_t end);
+typedef void sample_fn(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin, int32_t n, int32_t at);
 static sample_fn *const samplers[WAYS][3] = {
-    {sample_dallavalle, sample_schiller, sample_ferguson},
+    {sample_dallavalle_awake, sample_schiller_awake, sample_ferguson_awake},
+    {sample_dallavalle_summed, sample_schiller_summed, sample_ferguson_summed},
     {sample_dallavalle_pushed, sample_schiller_pushed, sample_ferguson_pushed},
     {rest_dallavalle, rest_schiller, rest_ferguson},
     {rest_dallavalle_pushed, rest_schiller_pushed, rest_ferguson_pushed},
@@ -175,54 +173,50 @@ static sample_fn *const samplers[WAYS][3] = {
 
 /* Lift by the difference of u^2 between the top and the bottom of a grain (Wiberg & Smith 1985,
  * J. Geophys. Res. 90, 7341): F = pi/8 rho C_L d^2 (u_top^2 - u_bottom^2), upwards. */
-static void add_lift(const ry_flow *f, const ry_grains *g, ry_motion *m, int32_t begin, int32_t end)
+static void add_lift(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin, int32_t n, int32_t at)
 {
     const double (*const face)[RY_FACE] = (const double (*)[RY_FACE])f->face;
-    for (int32_t k = begin; k < end; k++) {
+    for (int32_t k = begin; k < begin + n; k++) {
         const double r = g->radius[k], vx = g->vx[k];
         const ry_spot above = find_spot(f, g->z[k] + r), below = find_spot(f, g->z[k] - r);
         const double top = see(face, above.cell, above.part)[RY_FACE_U] - vx;
         const double foot = see(face, below.cell, below.part)[RY_FACE_U] - vx;
-        m->gz[k] += f->lift * area_of(f->density, r) * (top * top - foot * foot) * f->dt * m->im[k];
+        m->gz[at + k - begin] += f->lift * area_of(f->density, r) * (top * top - foot * foot) * f->dt * m->im[k];
     }
+}
+
+/* `at` of a grain: `first` more than its index. */
+static void sample_range(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin, int32_t end,
+                         int32_t first, int way)
+{
+    for (int32_t k = begin; k < end; k += BLOCK) {
+        const int32_t n = end - k < BLOCK ? end - k : BLOCK;
+        samplers[way][f->drag](f, g, m, k, n, k + first);
+        if (f->lift > 0.0) {
+            add_lift(f, g, m, k, n, k + first);
+        }
+    }
+}
+
+void ry_flow_sample(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin, int32_t end, int chunk)
+{
+    const int way = f->model == RY_FLOW_STRESS ? PUSHED : (f->model == RY_FLOW_BALANCE ? SUMMED : AWAKE);
+    sample_range(f, g, m, begin, end, ry_motion_push_at(m, begin, chunk) - begin, way);
+}
+
+void ry_flow_sample_asleep(const ry_flow *f, const ry_grains *g, const ry_motion *m)
+{
+    sample_range(f, g, m, m->n_awake, g->n, 0, f->model == RY_FLOW_STRESS ? RESTING_PUSHED : RESTING);
 }
 
 typedef struct ry_flow_task {
     const ry_flow *flow;
     const ry_state *state;
-    const ry_grains *grains;
-    ry_motion *motion;
+    const ry_motion *motion;
     const ry_sets *sets;
     int32_t n_awake; /* blocks of those awake; the others are of sleepers */
     int32_t first; /* block */
 } ry_flow_task;
-
-static void sample_range(const ry_flow_task *t, int32_t begin, int32_t end, int way)
-{
-    samplers[way][t->flow->drag](t->flow, t->grains, t->motion, begin, end);
-    if (t->flow->lift > 0.0) {
-        add_lift(t->flow, t->grains, t->motion, begin, end);
-    }
-}
-
-static void sample_grains(void *context, int32_t begin, int32_t end, int thread)
-{
-    const ry_flow_task *const t = context;
-    (void)thread;
-    sample_range(t, begin, end, t->flow->model == RY_FLOW_STRESS ? PUSHED : SUMMED);
-}
-
-void ry_flow_sample(const ry_flow *f, const ry_grains *g, ry_motion *m)
-{
-    ry_flow_task task = {.flow = f, .grains = g, .motion = m};
-    ry_parallel(f->threads, m->n_awake, sample_grains, &task);
-}
-
-void ry_flow_sample_asleep(const ry_flow *f, const ry_grains *g, ry_motion *m)
-{
-    const ry_flow_task task = {.flow = f, .grains = g, .motion = m};
-    sample_range(&task, m->n_awake, g->n, f->model == RY_FLOW_STRESS ? RESTING_PUSHED : RESTING);
-}
 
 /* ---- what the column gets -------------------------------------------------------------------- */
 
@@ -407,7 +401,7 @@ void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const ry_sets *s
     const double tau = ry_flow_stress(f, state->step);
     ry_resting_update(f, &state->grains, sets);
     sum_grains(f, state, m, sets);
-    if (f->model != RY_FLOW_STRESS) {
+    if (f->model == RY_FLOW_BALANCE) {
         memset(state->grains.push, 0, (size_t)state->grains.n * sizeof *state->grains.push);
     }
     average_phi(f, c, state->step);

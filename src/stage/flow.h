@@ -93,11 +93,12 @@ void ry_flow_complete(ry_flow *flow, ry_column *column);
 /* Makes sure that grains up to this height find what they need; before sample and advance. */
 void ry_flow_reach(ry_flow *flow, ry_column *column, double highest);
 
-/* Fills motion->gx, gz. */
-void ry_flow_sample(const ry_flow *flow, const ry_grains *grains, ry_motion *motion);
+/* Fills motion->gx, gz of a block of grains that are awake. */
+void ry_flow_sample(const ry_flow *flow, const ry_grains *grains, const ry_motion *motion, int32_t begin, int32_t end,
+                    int chunk);
 
 /* The same for those that sleep, the grains from motion->n_awake on; and flow->resting.force and slope. */
-void ry_flow_sample_asleep(const ry_flow *flow, const ry_grains *grains, ry_motion *motion);
+void ry_flow_sample_asleep(const ry_flow *flow, const ry_grains *grains, const ry_motion *motion);
 
 void ry_flow_advance(ry_flow *flow, ry_state *state, ry_motion *motion, const ry_sets *sets);
 

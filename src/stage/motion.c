@@ -35,8 +35,9 @@ ry_status ry_motion_create(ry_motion *m, int32_t n, ry_error *error)
     if (m->body == NULL || m->extent == NULL) {
         return ry_no_memory(error, room * sizeof *m->body);
     }
-    RY_TRY(make(&m->gx, room, m->pushed, error));
-    RY_TRY(make(&m->gz, room, m->pushed, error));
+    const size_t pushes = m->pushes_kept ? room : (size_t)m->threads * RY_BLOCK;
+    RY_TRY(make(&m->gx, pushes, m->pushed, error));
+    RY_TRY(make(&m->gz, pushes, m->pushed, error));
     m->gz = m->pushed ? m->gz : m->weight;
     RY_TRY(make(&m->sx, room, m->moves, error));
     return make(&m->sz, room, m->moves, error);
@@ -312,17 +313,18 @@ RY_INLINE double drift(double v, double after, int touched, double dt)
     return (touched ? after : 0.5 * (v + after)) * dt;
 }
 
-/* The grains of a block, from `begin` on; at: place of cx, cz, ct. x that wrap are rare: `over` is what is taken
- * off, and whether any is not 0 is returned. */
+/* The grains of a block, from `begin` on; at: place of cx, cz, ct; push_at: of gx, gz. x that wrap are rare: `over` is
+ * what is taken off, and whether any is not 0 is returned. */
 RY_INLINE int integrate_body(const ry_motion *m, ry_grains *g, const double *restrict x0, const double *restrict z0,
-                             const double *restrict limit2, int32_t begin, int32_t n, int32_t at, const int pushed,
-                             const int books, double *restrict over, double *restrict work, ry_extent *extent)
+                             const double *restrict limit2, int32_t begin, int32_t n, int32_t at, int32_t push_at,
+                             const int pushed, const int books, double *restrict over, double *restrict work,
+                             ry_extent *extent)
 {
     double *restrict const x = g->x + begin, *restrict const z = g->z + begin, *restrict const vx = g->vx + begin;
     double *restrict const vz = g->vz + begin, *restrict const spin = g->spin + begin;
     const double *restrict const im = m->im + begin, *restrict const gain = m->spin_gain + begin;
     const double *restrict const cx = m->cx + at, *restrict const cz = m->cz + at, *restrict const ct = m->ct + at;
-    const double *restrict const gx = pushed ? m->gx + begin : im, *restrict const gz = m->gz + begin;
+    const double *restrict const gx = pushed ? m->gx + push_at : im, *restrict const gz = m->gz + push_at;
     const double *restrict const weight = m->weight + begin;
     const double dt = m->dt, length = m->periodic ? m->length : 0.0;
     const double right = m->periodic ? m->length : 1e300;
@@ -366,10 +368,10 @@ RY_INLINE int integrate_body(const ry_motion *m, ry_grains *g, const double *res
 
 #define INTEGRATE(name, pushed, books)                                                                    \
     RY_CLONES static int name(const ry_motion *m, ry_grains *g, const double *x0, const double *z0,       \
-                              const double *limit2, int32_t begin, int32_t n, int32_t at, double *over,   \
-                              double *work, ry_extent *extent)                                            \
+                              const double *limit2, int32_t begin, int32_t n, int32_t at, int32_t push_at, \
+                              double *over, double *work, ry_extent *extent)                              \
     {                                                                                                     \
-        return integrate_body(m, g, x0, z0, limit2, begin, n, at, pushed, books, over, work, extent);     \
+        return integrate_body(m, g, x0, z0, limit2, begin, n, at, push_at, pushed, books, over, work, extent); \
     }
 INTEGRATE(integrate_range, 1, 0)
 INTEGRATE(integrate_falling, 0, 0)
@@ -394,7 +396,7 @@ static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t
 void ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const double *z0, const double *limit2,
                          int32_t begin, int32_t end, int chunk)
 {
-    const int32_t at = ry_motion_at(m, begin, chunk), n = end - begin;
+    const int32_t at = ry_motion_at(m, begin, chunk), push_at = ry_motion_push_at(m, begin, chunk), n = end - begin;
     double over[RY_BLOCK], work[RY_BLOCK];
     ry_extent *const extent = &m->extent[chunk];
     if (m->moves) {
@@ -402,12 +404,12 @@ void ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const dou
     }
     int wraps;
     if (m->books) {
-        wraps = integrate_and_work(m, g, x0, z0, limit2, begin, n, at, over, work, extent);
+        wraps = integrate_and_work(m, g, x0, z0, limit2, begin, n, at, push_at, over, work, extent);
         ry_exact_add(&extent->work, m->scale, work, n);
     } else if (m->pushed) {
-        wraps = integrate_range(m, g, x0, z0, limit2, begin, n, at, over, work, extent);
+        wraps = integrate_range(m, g, x0, z0, limit2, begin, n, at, push_at, over, work, extent);
     } else {
-        wraps = integrate_falling(m, g, x0, z0, limit2, begin, n, at, over, work, extent);
+        wraps = integrate_falling(m, g, x0, z0, limit2, begin, n, at, push_at, over, work, extent);
     }
     if (wraps) {
         wrap(g, x0, over, begin, n);

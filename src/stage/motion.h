@@ -33,7 +33,8 @@ typedef struct ry_motion {
     double *im;        /* n + RY_MAX_WALLS: inverse mass with added mass; 0: immovable [1/kg] */
     double *tm;        /* n + RY_MAX_WALLS: im + r^2/I [1/kg] */
     double *spin_gain; /* r/I: angular velocity per tangential impulse [1/(kg m)] */
-    double *gx, *gz;   /* velocity change of a step by gravity and fluid [m/s]; without `pushed` NULL and `weight` */
+    double *gx, *gz;   /* velocity change of a step by gravity and fluid [m/s]; without `pushed` NULL and `weight`. With
+                          `pushes_kept` of all grains; else as cx (ry_motion_push_at) */
     double *weight;    /* the part of gz that is gravity less buoyancy [m/s] */
     double *cx, *cz, *ct; /* impulses of all contacts of a grain; ct: angular, per radius [N s]. With `kept` of all
                              grains; else of the block that a thread has in hand (ry_motion_at) */
@@ -44,12 +45,12 @@ typedef struct ry_motion {
     double highest_asleep; /* of the others; else -infinity [m] */
     int marks;         /* the law marks contacts that begin to endure, and cease to */
     int books;         /* the fluid's work is booked */
-    int kept, pushed;  /* see cx, gx */
+    int kept, pushed, pushes_kept; /* see cx, gx */
     ry_scale scale;    /* of the ledger */
     ry_extent *extent; /* of each thread */
 } ry_motion;
 
-/* moves, kept, pushed, threads are given. `im`, `tm` and so on are filled by whoever knows the scene; then
+/* moves, kept, pushed, pushes_kept, threads are given. `im`, `tm` and so on are filled by whoever knows the scene; then
  * ry_motion_settle makes the bodies. */
 ry_status ry_motion_create(ry_motion *motion, int32_t n, ry_error *error);
 void ry_motion_settle(ry_motion *motion, const ry_grains *grains);
@@ -59,6 +60,12 @@ void ry_motion_free(ry_motion *motion);
 RY_INLINE int32_t ry_motion_at(const ry_motion *motion, int32_t begin, int chunk)
 {
     return motion->kept ? begin : chunk * RY_BLOCK;
+}
+
+/* Likewise gx, gz. */
+RY_INLINE int32_t ry_motion_push_at(const ry_motion *motion, int32_t begin, int chunk)
+{
+    return motion->pushes_kept ? begin : chunk * RY_BLOCK;
 }
 
 /* Of a block of grains. */

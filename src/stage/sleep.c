@@ -215,7 +215,7 @@ static void forget_sleep(const ry_sleep *s, int32_t k)
 #undef FORGET
     q->from_x[k] = g->x[k];
     q->from_z[k] = g->z[k];
-    if (s->flow != NULL && s->flow->model != RY_FLOW_STRESS) { /* so much since the last advance */
+    if (s->flow != NULL && s->flow->model == RY_FLOW_BALANCE) { /* so much since the last advance */
         g->push[k] = s->flow->resting.force[k] * (double)(s->state->step % s->flow->advance + 1);
     }
 }
