@@ -305,6 +305,24 @@ static void carry_all(ry_plan *plan, const ry_state *state)
     }
 }
 
+/* Each pass goes through ten arrays and more at a time, which are too many for a processor to foresee. */
+static void ask_ahead(ry_plan *plan, const ry_grains *g)
+{
+    ry_contact *const c = &plan->contact;
+    const ry_motion *const m = &plan->motion;
+    const ry_neighbor *const b = &plan->neighbor;
+    const int pushes = m->pushed && m->pushes_kept;
+    const double *const arrays[] = {g->x, g->z, g->vx, g->vz, g->spin, g->radius, b->x0, b->z0, b->limit2,
+                                    m->im, m->tm, m->spin_gain, m->weight, plan->flow.viscous, g->push,
+                                    pushes ? m->gx : NULL, pushes ? m->gz : NULL, m->kept ? m->cx : NULL,
+                                    m->kept ? m->cz : NULL, m->kept ? m->ct : NULL, plan->measure.impulse};
+    for (size_t a = 0; c->large && a < sizeof arrays / sizeof *arrays; a++) {
+        if (arrays[a] != NULL) {
+            c->ahead[c->n_ahead++] = arrays[a];
+        }
+    }
+}
+
 ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state, int threads,
                          ry_error *error)
 {
@@ -363,6 +381,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
         }
     }
     carry_all(plan, state);
+    ask_ahead(plan, g);
     if (plan->has_sleep) {
         RY_TRY(start_sleep(plan, config, state, error));
     }

@@ -74,6 +74,8 @@ double ry_contact_tangential(const ry_contact *c, const ry_grains *g, const ry_p
 /* Large beds come from beyond the caches, and records that are read here and there are not foreseen by the
  * processor: those of so many grains further on are asked for. */
 enum { AHEAD = 96 };
+/* So many pairs have as many owners as there are numbers on a line, about. */
+enum { A_LINE = 16 };
 
 /* What the law needs of a pair is differences (of position and velocity) and sums. One load fetches half a grain: */
 RY_INLINE void fetch_four(const double (*body)[RY_BODY], ry_near *near, int32_t k)
@@ -128,6 +130,9 @@ RY_INLINE void fetch_body(const ry_contact *c, ry_near *near, const int wide, co
         }
         for (int32_t m = 0; ahead && m < at_once; m += 2) { /* two pairs have about one owner */
             __builtin_prefetch(body[near->i[k + m / 4 * 4] + m % 4 / 2] + AHEAD * RY_BODY);
+        }
+        for (int a = 0; ahead && k % A_LINE == 0 && a < c->n_ahead; a++) {
+            __builtin_prefetch(c->ahead[a] + near->i[k]);
         }
     }
     const double length = c->length, half = c->half;
@@ -421,6 +426,11 @@ static void ask_for_memory(const ry_pairs *pairs, int32_t first, int32_t end)
     for (int32_t p = first; pairs->rest != NULL && p < end; p += LINE) {
         __builtin_prefetch(pairs->rest + p, 1);
     }
+#define RY_TOUCH_ASK(name, unit, text) __builtin_prefetch(pairs->t_##name + p, 1);
+    for (int32_t p = first; pairs->t_nx != NULL && p < end; p += LINE) {
+        RY_TOUCH_FIELDS(RY_TOUCH_ASK)
+    }
+#undef RY_TOUCH_ASK
 }
 
 void ry_contact_push(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t end, int chunk)

@@ -23,6 +23,9 @@ enum {
 /* Pairs are worked on in blocks of this many, which stay in the first cache. */
 enum { RY_CONTACT_BLOCK = 128 };
 
+/* See ry_contact.ahead. */
+enum { RY_MOST_AHEAD = 24 };
+
 /* What a pair loses: that which was left of the last step, and that of this one which is known already. */
 enum { RY_LEFT_DASHPOT, RY_LEFT_FRICTION, RY_LOST_DASHPOT, RY_LOST_FRICTION, RY_LOST_IMPACT, RY_LOST };
 
@@ -88,6 +91,9 @@ struct ry_contact {
     double wall_length; /* where the right wall stands [m] */
     int moves, features, threads;
     int large; /* so many grains that they don't stay in the cache */
+    const double *ahead[RY_MOST_AHEAD]; /* arrays of the grains that the passes behind this one go through, asked for
+                                           along with its grains: none if these stay in the cache */
+    int n_ahead;
     int impacts; /* the law says what an impact loses; else nothing is lost so, or the ledger finds out */
     int explicit_spring; /* normal spring: its kick precedes the drift; all but the laws of Fujioka & Ushijima */
     const double *im; /* inverse masses, walls included: 0 [1/kg] */
