@@ -88,14 +88,15 @@ static scene *aim(const shot *s, int wet, double e)
         "  - {position: [0, %.17g], velocity: [0, %.17g], diameter: 1 mm, density: 2650}\n%s",
         dt, s->partner == FLOOR ? "flat" : "none", law_words[s->law], s->a / (dt * dt * im), e,
         s->exact ? "exact" : "usual", wet ? "true" : "false", r + r2 + way, -v, partner);
-    ry_plan *const plan = &run->sim->plan; /* without the fluid's stages */
+    ry_plan *const plan = &run->sim->plan; /* without the column's stage, and drag */
     int kept = 0;
     for (int k = 0; k < plan->n_stages; k++) {
         plan->stage[kept] = plan->stage[k];
-        kept += strcmp(plan->stage[k].name, "column") != 0 && strcmp(plan->stage[k].name, "fluid") != 0;
+        kept += strcmp(plan->stage[k].name, "column") != 0;
     }
-    assert_int_equal(kept, plan->n_stages - 2);
+    assert_int_equal(kept, plan->n_stages - 1);
     plan->n_stages = kept;
+    plan->flow.density = 0.0;
     return run;
 }
 

@@ -25,8 +25,8 @@ typedef struct ry_exact {
 /* The most terms that ry_exact_add takes. */
 enum { RY_EXACT_TERMS = 512 };
 
-/* For terms up to `largest` > 0 in size, or 64 times that: the fine unit is at most 2^-83 of it, totals go up to 2^18 of
- * it. Totals with larger terms, or such that are no numbers, mean nothing. */
+/* For terms up to `largest` > 0 in size, or 64 times that: the fine unit is at most 2^-83 of it, totals go up to 2^18.
+ * Totals with larger terms, or such that are no numbers, mean nothing. */
 ry_scale ry_scale_make(double largest);
 
 void ry_exact_add(ry_exact *sum, ry_scale scale, const double *terms, int32_t n);

@@ -17,6 +17,8 @@
 enum { GRAINS_PER_THREAD = 4000 };
 /* Grains that the caches hold, about. */
 enum { CACHED_GRAINS = 20000 };
+/* Up to here what a law wants to know of each pair alone is kept. */
+enum { BOND_GRAINS = 5000 };
 /* How far a grain may go before the neighbour list is made anew, unless asked otherwise: at rest, and at most, in
  * mean diameters; so many steps at its speed in between. Measured: docs/performance.md. */
 #define SKIN_LEAST 0.05
@@ -323,6 +325,13 @@ static void ask_ahead(ry_plan *plan, const ry_grains *g)
     }
 }
 
+/* Coefficients of pairs take 48 bytes: while these stay in the cache, to make them in each step takes longer. Those of
+ * wet contacts change. */
+static int keeps_bonds(const ry_plan *plan, const ry_config *config, int32_t n)
+{
+    return (plan->contact.features & RY_CONTACT_SIZES) && !config->contact_wet && n <= BOND_GRAINS;
+}
+
 ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state, int threads,
                          ry_error *error)
 {
@@ -345,6 +354,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     fill_motion(m, config, g);
     ry_motion_settle(m, g);
     set_features(plan, config, grains_differ(g, m->im));
+    plan->contact.features |= keeps_bonds(plan, config, g->n) ? RY_CONTACT_KEPT : 0;
     set_contact(plan, config, state);
     RY_TRY(set_books(plan, state, error));
 
@@ -362,6 +372,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     const unsigned wants = (m->moves ? RY_PAIRS_SHIFTS : 0) | (plan->has_ledger ? RY_PAIRS_LEDGER : 0) |
                            (config->contact_wet ? RY_PAIRS_WET : 0) |
                            (ry_contact_law_rests((int)config->contact_law) ? RY_PAIRS_RESTS : 0) |
+                           (plan->contact.features & RY_CONTACT_KEPT ? RY_PAIRS_BONDS : 0) |
                            (plan->contact.young != NULL ? RY_PAIRS_YOUNG : 0);
     RY_TRY(ry_pairs_create(&plan->pairs, g->n, b->n_walls, wants, error));
     RY_TRY(ry_neighbor_rebuild(b, g, &plan->pairs, error));

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * Blocks of listed pairs are fetched, put through the law's kernel and put away, each where it lies. Laws that
- * treat contacts in their first steps apart list those on the way, and do them when it is known who touches
+ * Blocks of listed pairs are fetched (fetch.c), put through the law's kernel and put away, each where it lies. Laws
+ * that treat contacts in their first steps apart list those on the way, and do them when it is known who touches
  * whom. */
-#include "stage/contact.h"
+#include "stage/contact_private.h"
 
 #include <math.h>
 #include <string.h>
@@ -14,21 +14,11 @@
 
 /* ---- who touches ---------------------------------------------------------------------------- */
 
-RY_INLINE ry_gap wall_gap(const ry_contact *c, ry_wall wall, double x, double z)
-{
-    const double right = c->wall_length - x;
-    ry_gap gap;
-    gap.dx = wall == RY_WALL_FLOOR ? 0.0 : (wall == RY_WALL_LEFT ? -x : right);
-    gap.dz = wall == RY_WALL_FLOOR ? -z : 0.0;
-    gap.distance = wall == RY_WALL_FLOOR ? z : (wall == RY_WALL_LEFT ? x : right);
-    return gap;
-}
-
 ry_gap ry_contact_gap(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p)
 {
     const int32_t i = pairs->i[p], j = pairs->j[p];
     if (j >= g->n) {
-        return wall_gap(c, c->wall[j - g->n], g->x[i], g->z[i]);
+        return ry_contact_wall_gap(c, c->wall[j - g->n], g->x[i], g->z[i]);
     }
     ry_gap gap;
     gap.dx = ry_contact_nearest(g->x[j] - g->x[i], c->length, c->half);
@@ -67,188 +57,6 @@ double ry_contact_tangential(const ry_contact *c, const ry_grains *g, const ry_p
     const double run = slip_velocity(g, i, j, gap) * c->dt, slip = pairs->slip[p] + run;
     const double energy = 0.5 * stretch * ry_max(slip * (slip - run), 0.0);
     return ry_contact_in_impact(c, pairs, p) ? 0.0 : energy / ((c->tm_grain[i] + c->tm_grain[j]) * c->dt * c->dt);
-}
-
-/* ---- a block: fetch ------------------------------------------------------------------------- */
-
-/* Large beds come from beyond the caches, and records that are read here and there are not foreseen by the
- * processor: those of so many grains further on are asked for. */
-enum { AHEAD = 96 };
-/* So many pairs have as many owners as there are numbers on a line, about. */
-enum { A_LINE = 16 };
-
-/* What the law needs of a pair is differences (of position and velocity) and sums. One load fetches half a grain: */
-RY_INLINE void fetch_four(const double (*body)[RY_BODY], ry_near *near, int32_t k)
-{
-    const int32_t *const i = near->i + k, *const j = near->j + k;
-    const ry_four flip = {-1.0, -1.0, 1.0, 1.0};
-    ry_four place[4], motion[4];
-    for (int32_t m = 0; m < 4; m++) {
-        const double *const a = body[i[m]], *const b = body[j[m]];
-        place[m] = ry_four_load(b) + flip * ry_four_load(a);
-        motion[m] = ry_four_load(b + RY_BODY_VX) + flip * ry_four_load(a + RY_BODY_VX);
-    }
-    ry_four_turn(place);
-    ry_four_turn(motion);
-    ry_four_store(near->dx + k, place[RY_BODY_X]);
-    ry_four_store(near->dz + k, place[RY_BODY_Z]);
-    ry_four_store(near->radii + k, place[RY_BODY_R]);
-    ry_four_store(near->turn + k, place[RY_BODY_TURN]);
-    ry_four_store(near->dvx + k, motion[RY_BODY_VX - RY_BODY_VX]);
-    ry_four_store(near->dvz + k, motion[RY_BODY_VZ - RY_BODY_VX]);
-    ry_four_store(near->im + k, motion[RY_BODY_IM - RY_BODY_VX]);
-    ry_four_store(near->tm + k, motion[RY_BODY_TM - RY_BODY_VX]);
-}
-
-/* or a whole one. */
-RY_INLINE void fetch_eight(const double (*body)[RY_BODY], ry_near *near, int32_t k)
-{
-    const ry_eight flip = {-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0};
-    double *const to[RY_BODY] = {near->dx, near->dz, near->radii, near->turn, near->dvx, near->dvz, near->im, near->tm};
-    ry_eight row[8];
-    for (int32_t m = 0; m < 8; m++) {
-        ry_eight owner, partner;
-        ry_eight_load(&owner, body[near->i[k + m]]);
-        ry_eight_load(&partner, body[near->j[k + m]]);
-        row[m] = partner + flip * owner;
-    }
-    ry_eight_turn(row);
-    for (int32_t m = 0; m < RY_BODY; m++) {
-        ry_eight_store(to[m] + k, &row[m]);
-    }
-}
-
-RY_INLINE void fetch_body(const ry_contact *c, ry_near *near, const int wide, const int ahead)
-{
-    const double (*const body)[RY_BODY] = c->body;
-    const int32_t n = near->n_padded, at_once = wide ? 8 : 4;
-    for (int32_t k = 0; k < n; k += at_once) {
-        if (wide) {
-            fetch_eight(body, near, k);
-        } else {
-            fetch_four(body, near, k);
-        }
-        for (int32_t m = 0; ahead && m < at_once; m += 2) { /* two pairs have about one owner */
-            __builtin_prefetch(body[near->i[k + m / 4 * 4] + m % 4 / 2] + AHEAD * RY_BODY);
-        }
-        for (int a = 0; ahead && k % A_LINE == 0 && a < c->n_ahead; a++) {
-            __builtin_prefetch(c->ahead[a] + near->i[k]);
-        }
-    }
-    const double length = c->length, half = c->half;
-    int opens = 0, young = 0;
-#pragma omp simd reduction(| : opens, young)
-    for (int32_t k = 0; k < n; k++) {
-        const double dx = ry_contact_nearest(near->dx[k], length, half), dz = near->dz[k];
-        const double distance = sqrt(dx * dx + dz * dz), age = near->age[k];
-        const int touches = distance < near->radii[k];
-        near->dx[k] = dx;
-        near->distance[k] = distance;
-        opens |= !touches & (age != 0.0);
-        young |= touches & (age < RY_IMPACT_STEPS);
-    }
-    near->opens = opens;
-    near->young = young;
-}
-
-#define FETCH(name, target, wide, ahead)                     \
-    target static void name(const ry_contact *c, ry_near *near) \
-    {                                                        \
-        fetch_body(c, near, wide, ahead);                    \
-    }
-FETCH(fetch_cached, RY_CLONES, 0, 0)
-FETCH(fetch_ahead, RY_CLONES, 0, 1)
-FETCH(fetch_cached_wide, RY_WIDE, 1, 0)
-FETCH(fetch_ahead_wide, RY_WIDE, 1, 1)
-
-static void fetch_grains(const ry_contact *c, ry_near *near)
-{
-    if (ry_is_wide()) {
-        (c->large ? fetch_ahead_wide : fetch_cached_wide)(c, near);
-    } else {
-        (c->large ? fetch_ahead : fetch_cached)(c, near);
-    }
-}
-
-/* Walls are at rest and have no radius. */
-static void fetch_walls(const ry_contact *c, const ry_grains *g, ry_near *near)
-{
-    fetch_grains(c, near);
-    for (int32_t k = 0; k < near->n_padded; k++) {
-        const ry_gap gap = wall_gap(c, c->wall[near->j[k] - g->n], g->x[near->i[k]], g->z[near->i[k]]);
-        near->dx[k] = gap.dx;
-        near->dz[k] = gap.dz;
-        near->distance[k] = gap.distance;
-    }
-    near->opens = near->young = 1;
-}
-
-static void fetch_geometry(const ry_contact *c, const ry_grains *g, ry_near *near)
-{
-    if (near->j[0] >= g->n) { /* a block has one kind of partner */
-        fetch_walls(c, g, near);
-    } else {
-        fetch_grains(c, near);
-    }
-}
-
-RY_CLONES static void fetch_ages(const uint8_t *restrict age, int32_t n, double *restrict out)
-{
-    for (int32_t k = 0; k < n; k++) {
-        out[k] = age[k];
-    }
-}
-
-/* A run of listed pairs that fills the vectors, or after which the list is filled up, is worked on in place. */
-static void fetch_run(ry_pairs *pairs, int32_t first, int32_t n, ry_near *near)
-{
-    near->n = n;
-    near->n_padded = ry_pairs_fill(n);
-    near->i = pairs->i + first;
-    near->j = pairs->j + first;
-    near->slip = pairs->slip + first;
-    near->rest = pairs->rest != NULL ? pairs->rest + first : near->spare[0]; /* which nobody reads */
-    near->wet = pairs->wet != NULL ? pairs->wet + first : NULL;
-#define RY_TOUCH_AT(name, unit, text) near->t_##name = pairs->t_##name + first;
-    if (pairs->t_nx != NULL) {
-        RY_TOUCH_FIELDS(RY_TOUCH_AT)
-    }
-#undef RY_TOUCH_AT
-    fetch_ages(pairs->age + first, near->n_padded, near->age);
-}
-
-/* Any others are copied: those of near->list[0]; the last is repeated to fill the vectors. */
-static void fetch_list(ry_pairs *pairs, int32_t n, ry_near *near)
-{
-    int32_t *const pair = near->list[0], *const i = near->list[1], *const j = near->list[2];
-    near->n = n;
-    near->n_padded = ry_pairs_fill(n);
-    near->i = i;
-    near->j = j;
-    double (*spare)[RY_CONTACT_BLOCK] = near->spare;
-    near->slip = *spare++;
-    near->rest = *spare++;
-    near->wet = pairs->wet != NULL ? *spare++ : NULL;
-#define RY_TOUCH_AT(name, unit, text) near->t_##name = *spare++;
-    RY_TOUCH_FIELDS(RY_TOUCH_AT)
-#undef RY_TOUCH_AT
-    for (int32_t k = 0; k < near->n_padded; k++) {
-        const int32_t p = k < n ? pair[k] : pair[n - 1];
-        pair[k] = p;
-        i[k] = pairs->i[p];
-        j[k] = pairs->j[p];
-        near->slip[k] = pairs->slip[p];
-        near->rest[k] = pairs->rest != NULL ? pairs->rest[p] : 0.0;
-        near->age[k] = pairs->age[p];
-    }
-    for (int32_t k = 0; near->wet != NULL && k < near->n_padded; k++) {
-        near->wet[k] = pairs->wet[pair[k]];
-    }
-#define RY_TOUCH_FETCH(name, unit, text) near->t_##name[k] = pairs->t_##name[pair[k]];
-    for (int32_t k = 0; pairs->t_nx != NULL && k < near->n_padded; k++) {
-        RY_TOUCH_FIELDS(RY_TOUCH_FETCH)
-    }
-#undef RY_TOUCH_FETCH
 }
 
 /* ---- a block: put away ---------------------------------------------------------------------- */
@@ -405,14 +213,14 @@ static int fetch_block(const ry_contact *c, const ry_grains *g, ry_pairs *pairs,
     const int32_t end = first + n;
     const int whole = n % RY_LANES == 0 || end == pairs->row[g->n] || end == pairs->n;
     if (whole) {
-        fetch_run(pairs, first, n, near);
+        ry_contact_fetch_run(pairs, first, n, near);
     } else {
         for (int32_t k = 0; k < n; k++) {
             near->list[0][k] = first + k;
         }
-        fetch_list(pairs, n, near);
+        ry_contact_fetch_list(pairs, n, near);
     }
-    fetch_geometry(c, g, near);
+    ry_contact_fetch_geometry(c, g, near);
     return whole;
 }
 
@@ -548,8 +356,8 @@ void ry_contact_push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pa
     for (int32_t at = 0; at < n; at += RY_CONTACT_BLOCK) {
         const int32_t count = n - at < RY_CONTACT_BLOCK ? n - at : RY_CONTACT_BLOCK;
         memcpy(near.list[0], young + at, (size_t)count * sizeof *young);
-        fetch_list(pairs, count, &near);
-        fetch_geometry(c, g, &near);
+        ry_contact_fetch_list(pairs, count, &near);
+        ry_contact_fetch_geometry(c, g, &near);
         fetch_crowds(c, pairs, &near);
         near.own = c->film.on ? near.wet : c->dry;
         c->young(c, &near);
@@ -586,8 +394,30 @@ static void join_books(const ry_contact *c, int32_t n_chunks)
     }
 }
 
+/* Of all pairs, those that fill the list up too, which make no sense but do no harm. */
+RY_CLONES static void make_bonds(const ry_contact *c, const ry_pairs *pairs)
+{
+    const ry_law_coef coef = c->coef;
+    const double *const im = c->im, *const tm = c->tm_grain;
+    const int32_t *const i = pairs->i, *const j = pairs->j, n = ry_pairs_fill(pairs->n);
+#define BOND_TO(name) double *restrict const to_##name = pairs->b_##name;
+    RY_BOND_FIELDS(BOND_TO)
+#undef BOND_TO
+#pragma omp simd
+    for (int32_t p = 0; p < n; p++) {
+        const ry_bond bond = ry_bond_make(&coef, im[i[p]] + im[j[p]], tm[i[p]] + tm[j[p]]);
+#define BOND_PUT(name) to_##name[p] = bond.name;
+        RY_BOND_FIELDS(BOND_PUT)
+#undef BOND_PUT
+    }
+}
+
 void ry_contact_begin(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
 {
+    if (pairs->b_a != NULL && !pairs->bonds_made) {
+        make_bonds(c, pairs);
+        pairs->bonds_made = 1;
+    }
     for (int32_t k = 0; k <= pairs->n_chunks; k++) {
         pairs->n_young[k] = 0;
     }

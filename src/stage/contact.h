@@ -17,7 +17,8 @@ enum {
     RY_CONTACT_FRICTION = 1, /* tangential force */
     RY_CONTACT_SIZES = 2,    /* grains of different mass: coefficients are made per pair */
     RY_CONTACT_LEDGER = 4,   /* losses are booked, those of impacts by stage/ledger.c */
-    RY_CONTACT_STAMPS = 8
+    RY_CONTACT_KEPT = 8,   /* which are kept (ry_pairs): with SIZES only */
+    RY_CONTACT_STAMPS = 16
 };
 
 /* Pairs are worked on in blocks of this many, which stay in the first cache. */
@@ -45,6 +46,9 @@ typedef struct ry_near {
     /* in and out: */
     double age[RY_CONTACT_BLOCK];
     double *slip, *rest, *wet; /* those of ry_pairs themselves, or copies in `spare` */
+#define RY_BOND_NEAR(name) const double *b_##name; /* NULL unless kept */
+    RY_BOND_FIELDS(RY_BOND_NEAR)
+#undef RY_BOND_NEAR
     const double *own; /* e, or zeta2 of laws with a damping ratio, of each contact */
     /* out: */
     double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK]; /* a slot of ry_pairs */
@@ -57,7 +61,8 @@ typedef struct ry_near {
     RY_TOUCH_FIELDS(RY_TOUCH_NEAR)
 #undef RY_TOUCH_NEAR
 #define RY_TOUCH_ONE(name, unit, text) +1
-    double spare[3 RY_TOUCH_FIELDS(RY_TOUCH_ONE)][RY_CONTACT_BLOCK];
+#define RY_BOND_ONE(name) +1
+    double spare[3 RY_TOUCH_FIELDS(RY_TOUCH_ONE) RY_BOND_FIELDS(RY_BOND_ONE)][RY_CONTACT_BLOCK];
     int32_t list[3][RY_CONTACT_BLOCK]; /* pairs, owners, partners of a block that is not a run of the list */
 } ry_near;
 

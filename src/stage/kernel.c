@@ -149,7 +149,11 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             continue;
         }
         ry_bond bond;
-        if (features & RY_CONTACT_SIZES) {
+        if (features & RY_CONTACT_KEPT) {
+#define KEPT(name) .name = near->b_##name[k],
+            bond = (ry_bond){RY_BOND_FIELDS(KEPT).e = own[k]};
+#undef KEPT
+        } else if (features & RY_CONTACT_SIZES) {
             bond = ry_bond_damped(&coef, ims, tms, ratio ? own[k] : 0.0);
             bond.e = ratio ? coef.e : own[k];
         } else {
@@ -236,8 +240,12 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
     STAMP(name, function, which, moves, ratio, 0) STAMP(name, function, which, moves, ratio, 1)         \
     STAMP(name, function, which, moves, ratio, 2) STAMP(name, function, which, moves, ratio, 3)         \
     STAMP(name, function, which, moves, ratio, 4) STAMP(name, function, which, moves, ratio, 5)         \
-    STAMP(name, function, which, moves, ratio, 6) STAMP(name, function, which, moves, ratio, 7)
-#define ALL(name) {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7}
+    STAMP(name, function, which, moves, ratio, 6) STAMP(name, function, which, moves, ratio, 7)         \
+    STAMP(name, function, which, moves, ratio, 10) STAMP(name, function, which, moves, ratio, 11)       \
+    STAMP(name, function, which, moves, ratio, 14) STAMP(name, function, which, moves, ratio, 15)
+#define ALL(name)                                                                                       \
+    {name##_0, name##_1, name##_2, name##_3, name##_4, name##_5, name##_6, name##_7,                    \
+     NULL, NULL, name##_10, name##_11, NULL, NULL, name##_14, name##_15}
 
 #define FIRST_0(name, moves, ratio) STAMPS(first_##name, ry_law_##name, EVERY, moves, ratio)
 #define FIRST_1(name, moves, ratio) STAMPS(first_##name, ry_law_##name##_enduring, ENDURING, moves, ratio)
@@ -288,7 +296,7 @@ ry_contact_fn *ry_contact_select_close(int features)
 {
     static ry_contact_fn *const kernels[RY_CONTACT_STAMPS] = {NULL,    NULL,    NULL,    NULL,
                                                               close_4, close_5, close_6, close_7};
-    return kernels[features];
+    return kernels[features & ~RY_CONTACT_KEPT];
 }
 
 const char *ry_contact_law_name(int law)

@@ -333,5 +333,6 @@ ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pair
     memcpy(b->x0, g->x, (size_t)g->n * sizeof(double));
     memcpy(b->z0, g->z, (size_t)g->n * sizeof(double));
     b->rebuilds++;
+    pairs->bonds_made = 0;
     return b->blocks != NULL ? ry_blocks_lay(b->blocks, pairs, error) : RY_OK;
 }

@@ -41,6 +41,9 @@ ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, unsign
     if (wants & RY_PAIRS_YOUNG) {
         RY_TRY(make(&pairs->young, 1, sizeof *pairs->young, error));
     }
+    if (wants & RY_PAIRS_BONDS) {
+        RY_TRY(make(&pairs->b_a, 1, sizeof(double), error)); /* likewise */
+    }
     if (wants & RY_PAIRS_LEDGER) {
         RY_TRY(make(&pairs->t_nx, 1, sizeof(double), error)); /* likewise */
     }
@@ -74,6 +77,11 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
         RY_TOUCH_FIELDS(RY_TOUCH_MAKE)
     }
 #undef RY_TOUCH_MAKE
+#define RY_BOND_MAKE(name) RY_TRY(make(&pairs->b_##name, room, sizeof(double), error));
+    if (pairs->b_a != NULL) {
+        RY_BOND_FIELDS(RY_BOND_MAKE)
+    }
+#undef RY_BOND_MAKE
     if (pairs->t_nx != NULL && pairs->young != NULL) {
         RY_TRY(make(&pairs->young_jn, room, sizeof(double), error));
         RY_TRY(make(&pairs->young_en, room, sizeof(double), error));
@@ -160,6 +168,9 @@ void ry_pairs_free(ry_pairs *pairs)
 #define RY_TOUCH_FREE(name, unit, text) free(pairs->t_##name);
     RY_TOUCH_FIELDS(RY_TOUCH_FREE)
 #undef RY_TOUCH_FREE
+#define RY_BOND_FREE(name) free(pairs->b_##name);
+    RY_BOND_FIELDS(RY_BOND_FREE)
+#undef RY_BOND_FREE
     *pairs = (ry_pairs){0};
 }
 

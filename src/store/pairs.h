@@ -82,6 +82,15 @@ typedef struct ry_pairs {
 #define RY_TOUCH_POINTER(name, unit, text) double *t_##name;
     RY_TOUCH_FIELDS(RY_TOUCH_POINTER)
 #undef RY_TOUCH_POINTER
+    /* Coefficients of a pair of unequal grains, as in ry_bond; NULL if they are made anew in each step: where memory is
+     * dearer than arithmetic. */
+#define RY_BOND_FIELDS(RY_BOND_FIELD) \
+    RY_BOND_FIELD(a) RY_BOND_FIELD(c) RY_BOND_FIELD(stretch) RY_BOND_FIELD(per_stretch) RY_BOND_FIELD(drag) \
+    RY_BOND_FIELD(mass_ratio)
+#define RY_BOND_POINTER(name) double *b_##name;
+    RY_BOND_FIELDS(RY_BOND_POINTER)
+#undef RY_BOND_POINTER
+    int bonds_made;       /* 1: of this list */
     int32_t n_chunks;     /* row-aligned ranges of pairs, one a thread */
     int32_t *chunk;       /* n_chunks + 1 */
     ry_shelf *shelf;      /* n_chunks + 1: their slots; the last those of the walls */
@@ -98,7 +107,8 @@ RY_INLINE int32_t ry_pairs_fill(int32_t n)
 }
 
 /* What of a pair is wanted beyond what every law needs. */
-enum { RY_PAIRS_SHIFTS = 1, RY_PAIRS_LEDGER = 2, RY_PAIRS_WET = 4, RY_PAIRS_RESTS = 8, RY_PAIRS_YOUNG = 16 };
+enum { RY_PAIRS_SHIFTS = 1, RY_PAIRS_LEDGER = 2, RY_PAIRS_WET = 4, RY_PAIRS_RESTS = 8, RY_PAIRS_YOUNG = 16,
+       RY_PAIRS_BONDS = 32 };
 
 ry_status ry_pairs_create(ry_pairs *pairs, int32_t n_grains, int n_walls, unsigned wants, ry_error *error);
 void ry_pairs_free(ry_pairs *pairs);
