@@ -3,9 +3,9 @@
  *
  * The neighbour list against looking at every pair: random clouds with sizes 1 to 5, bounded and
  * periodic, down to domains of one cell across, listed by one to four threads, a second time when the
- * grains have moved. */
+ * grains have moved. And that the skins come to where the work is least. */
 #include "scene_bench.h"
-#include "stage/neighbor.h"
+#include "stage/skin.h"
 
 typedef struct cloud {
     ry_state state;
@@ -190,9 +190,45 @@ static void test_astray(void **state)
     }
 }
 
+/* Pairs of a grain, of which those of moving grains grow with the area around them, at a horizon of so many steps. */
+static double pairs_at(double still, double moving, double steps)
+{
+    return still + moving * (1.0 + steps / 40.0) * (1.0 + steps / 40.0);
+}
+
+/* The work of a step for a grain: looking at its pairs, and its part of a list (28 pairs and 2.5 for a cell of d^2). */
+static double work_at(double still, double moving, double steps)
+{
+    return pairs_at(still, moving, steps) + 30.5 / steps;
+}
+
+/* A list serves as many steps as the horizon has: it comes to the least work, or to its bounds, and stays. */
+static void test_skins(void **state)
+{
+    (void)state;
+    const double moving[] = {0.0, 0.02, 0.1, 0.4, 3.0};
+    for (size_t m = 0; m < sizeof moving / sizeof *moving; m++) {
+        ry_neighbor b = {.cell_x = 1.0, .cell_z = 1.0};
+        ry_pairs pairs = {.n_grains = 1000000};
+        ry_skin_begin(&b, 1.0, 1.0, INFINITY);
+        double best = 10.0, step = 0.0;
+        for (double steps = 10.0; steps <= 160.0; steps *= 1.01) {
+            best = work_at(2.0, moving[m], steps) < work_at(2.0, moving[m], best) ? steps : best;
+        }
+        for (int list = 0; list < 400; list++) {
+            assert_true(b.horizon >= 10.0 && b.horizon <= 160.0);
+            assert_true(list < 200 || (b.horizon < best * 1.6 && b.horizon > best / 1.6));
+            pairs.n = (int32_t)(1e6 * pairs_at(2.0, moving[m], b.horizon));
+            step += b.horizon;
+            ry_skin_tune(&b, &pairs, (int64_t)step);
+        }
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
+        cmocka_unit_test(test_skins),
         cmocka_unit_test(test_against_all_pairs),
         cmocka_unit_test(test_astray),
     };

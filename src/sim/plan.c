@@ -12,6 +12,7 @@
 
 #include "base/memory.h"
 #include "stage/resting.h"
+#include "stage/skin.h"
 
 /* A thread has to have this many grains before a second one pays. */
 enum { GRAINS_PER_THREAD = 4000 };
@@ -19,11 +20,6 @@ enum { GRAINS_PER_THREAD = 4000 };
 enum { CACHED_GRAINS = 20000 };
 /* Up to here what a law wants to know of each pair alone is kept. */
 enum { BOND_GRAINS = 5000 };
-/* How far a grain may go before the neighbour list is made anew, unless asked otherwise: at rest, and at most, in
- * mean diameters; so many steps at its speed in between. Measured: docs/performance.md. */
-#define SKIN_LEAST 0.05
-#define SKIN_MOST 0.35
-#define SKIN_STEPS 25.0
 /* Start from motion: this long at so many times the stress, but not above that Shields number. */
 #define BOOST_TIME 0.25
 #define BOOST_FACTOR 4.0
@@ -138,9 +134,7 @@ static void set_skins(ry_neighbor *b, const ry_config *config, const ry_derived 
         return;
     }
     const double room = config->domain_periodic ? 0.5 * (q->length / 2.5 - 2.0 * b->radius_max) : INFINITY;
-    b->skin_most = fmin(SKIN_MOST * q->d, room);
-    b->skin_least = fmin(SKIN_LEAST * q->d, b->skin_most);
-    b->horizon = SKIN_STEPS * config->time_step;
+    ry_skin_begin(b, q->d, config->time_step, room);
 }
 
 static void set_walls(ry_plan *plan, const ry_config *config)

@@ -9,6 +9,7 @@
 #include "base/clock.h"
 #include "sim/plan.h"
 #include "stage/ledger.h"
+#include "stage/skin.h"
 
 /* ---- stages before ---------------------------------------------------------------------------- */
 
@@ -47,6 +48,7 @@ static ry_status run_neighbor(ry_plan *plan, ry_state *state, ry_error *error)
 {
     if (plan->must_rebuild) {
         ry_contact_close(&plan->contact, &state->grains, &plan->pairs);
+        ry_skin_tune(&plan->neighbor, &plan->pairs, state->step);
         RY_TRY(is_out_of_order(plan, state)
                    ? put_in_order(plan, state, error)
                    : ry_neighbor_rebuild(&plan->neighbor, &state->grains, &plan->pairs, error));

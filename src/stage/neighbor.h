@@ -20,6 +20,17 @@ typedef struct ry_raster {
     float x, z;    /* a unit [m] */
 } ry_raster;
 
+/* See stage/skin.h. */
+typedef struct ry_skin {
+    int on;              /* else the skins stay as they are */
+    double d, dt, room;  /* [m, s, m] */
+    double steps;        /* of the horizon */
+    double change;       /* by which these are multiplied next */
+    double cost, looked; /* of a step in the lists before; of all steps since: in pairs that are looked at */
+    int lists;           /* since then */
+    int64_t began, last; /* steps: when the first of them was made (-1: none yet), and the last */
+} ry_skin;
+
 typedef struct ry_neighbor {
     double length;   /* of the domain [m] */
     int periodic;
@@ -27,6 +38,7 @@ typedef struct ry_neighbor {
     ry_wall wall[RY_MAX_WALLS];
     /* A grain may go this far before the list is made anew: skin_least + horizon x speed, at most skin_most. */
     double skin_least, skin_most, horizon; /* [m, m, s] */
+    ry_skin skin;
     double radius_max; /* [m] */
     int threads;
     int64_t rebuilds;
