@@ -36,8 +36,14 @@ static double slip_velocity(const ry_grains *g, int32_t i, int32_t j, ry_gap gap
            (g->spin[i] * g->radius[i] + g->spin[j] * g->radius[j]) * lever;
 }
 
-ry_bond ry_contact_bond(const ry_contact *c, int32_t i, int32_t j)
+ry_bond ry_contact_bond(const ry_contact *c, const ry_pairs *pairs, int32_t p)
 {
+    const int32_t i = pairs->i[p], j = pairs->j[p];
+    if (pairs->b_a != NULL && pairs->bonds_made) {
+#define BOND_OF(name) .name = pairs->b_##name[p],
+        return (ry_bond){RY_BOND_FIELDS(BOND_OF).e = c->coef.e};
+#undef BOND_OF
+    }
     return ry_bond_make(&c->coef, c->im[i] + c->im[j], c->tm_grain[i] + c->tm_grain[j]);
 }
 
@@ -133,7 +139,7 @@ static void book_opening(const ry_contact *c, const ry_grains *g, const ry_pairs
                          const ry_near *near)
 {
     const ry_gap gap = {near->dx[k], near->dz[k], near->distance[k]};
-    const double stretch = ry_contact_bond(c, near->i[k], near->j[k]).stretch;
+    const double stretch = ry_contact_bond(c, pairs, p).stretch;
     const double energy = ry_contact_tangential(c, g, pairs, p, gap, stretch);
     ry_exact_add(&near->books->loss_opening, c->scale, &energy, 1);
 }
@@ -158,26 +164,14 @@ static ry_ledger *books_of(const ry_contact *c, int32_t chunk)
     return c->books != NULL ? c->books + chunk : NULL;
 }
 
-/* What was left of the last step, and what is known of this one. */
-enum { LEFT = 1, NOW = 2 };
-
-static void book_losses(const ry_contact *c, const ry_near *near, int which)
+/* All that the last step has lost, and what this one does in impacts. */
+static void book_losses(const ry_contact *c, const ry_near *near, int impacts)
 {
     ry_ledger *const books = near->books;
-    const double (*const lost)[RY_CONTACT_BLOCK] = near->lost;
-    if (!(c->features & RY_CONTACT_LEDGER)) {
-        return;
-    }
-    if (which & LEFT) {
-        ry_exact_add(&books->loss_dashpot, c->scale, lost[RY_LEFT_DASHPOT], near->n);
-        ry_exact_add(&books->loss_friction, c->scale, lost[RY_LEFT_FRICTION], near->n);
-    }
-    if (which & NOW) {
-        ry_exact_add(&books->loss_dashpot, c->scale, lost[RY_LOST_DASHPOT], near->n);
-        ry_exact_add(&books->loss_friction, c->scale, lost[RY_LOST_FRICTION], near->n);
-    }
-    if ((which & NOW) && c->impacts) {
-        ry_exact_add(&books->loss_impact, c->scale, lost[RY_LOST_IMPACT], near->n);
+    ry_exact_add(&books->loss_dashpot, c->scale, near->lost[RY_LOST_DASHPOT], near->n);
+    ry_exact_add(&books->loss_friction, c->scale, near->lost[RY_LOST_FRICTION], near->n);
+    if (impacts) {
+        ry_exact_add(&books->loss_impact, c->scale, near->lost[RY_LOST_IMPACT], near->n);
     }
 }
 
@@ -257,7 +251,9 @@ void ry_contact_push(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, i
     }
     near.own = c->film.on ? near.wet : c->dry;
     c->kernel(c, &near);
-    book_losses(c, &near, LEFT | NOW);
+    if (c->features & RY_CONTACT_LEDGER) {
+        book_losses(c, &near, c->impacts);
+    }
     if (whole) {
         put_run(c, pairs, first, chunk, &near);
     } else {
@@ -361,7 +357,6 @@ void ry_contact_push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pa
         fetch_crowds(c, pairs, &near);
         near.own = c->film.on ? near.wet : c->dry;
         c->young(c, &near);
-        book_losses(c, &near, NOW);
         for (int32_t k = 0; k < count; k++) { /* others still count by the age that is there */
             young_age[at + k] = (uint8_t)near.age[k];
             near.age[k] = pairs->age[young[at + k]];
@@ -446,9 +441,9 @@ static void close_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs
         const int32_t n = end - p < RY_CONTACT_BLOCK ? end - p : RY_CONTACT_BLOCK;
         fetch_block(c, g, pairs, p, n, &near);
         c->close(c, &near);
-        book_losses(c, &near, LEFT);
+        book_losses(c, &near, 0);
         for (int32_t k = p; k < p + n; k++) {
-            pairs->t_jn[k] = pairs->t_jt[k] = 0.0;
+            pairs->t_jn[k] = pairs->t_jt[k] = pairs->t_dashpot[k] = pairs->t_sliding[k] = 0.0;
             pairs->t_kt[k] = -1.0;
         }
     }

@@ -27,8 +27,8 @@ enum { RY_CONTACT_BLOCK = 128 };
 /* See ry_contact.ahead. */
 enum { RY_MOST_AHEAD = 24 };
 
-/* What a pair loses: that which was left of the last step, and that of this one which is known already. */
-enum { RY_LEFT_DASHPOT, RY_LEFT_FRICTION, RY_LOST_DASHPOT, RY_LOST_FRICTION, RY_LOST_IMPACT, RY_LOST };
+/* What a pair has lost in the last step, and by an impact in this one. */
+enum { RY_LOST_DASHPOT, RY_LOST_FRICTION, RY_LOST_IMPACT, RY_LOST };
 
 /* A block of pairs, their members side by side. Differences are partner less owner. */
 typedef struct ry_near {
@@ -163,8 +163,8 @@ RY_INLINE double ry_contact_nearest(double dx, double length, double half)
     return dx > half ? dx - length : (dx < -half ? dx + length : dx);
 }
 
-/* Coefficients of the pair of grains i and j, or of a grain and a wall. */
-ry_bond ry_contact_bond(const ry_contact *contact, int32_t i, int32_t j);
+/* Coefficients of a pair. */
+ry_bond ry_contact_bond(const ry_contact *contact, const ry_pairs *pairs, int32_t pair);
 
 /* Grain i (or a wall) can't move or has more contacts than one in this step. */
 int ry_contact_rests(const ry_contact *contact, const ry_pairs *pairs, int32_t i);

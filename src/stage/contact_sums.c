@@ -40,7 +40,7 @@ static void measure_pair(const ry_contact *c, const ry_grains *g, const ry_pairs
                          ry_contact_sums *sums)
 {
     const ry_gap gap = ry_contact_gap(c, g, pairs, p);
-    const ry_bond q = ry_contact_bond(c, pairs->i[p], pairs->j[p]);
+    const ry_bond q = ry_contact_bond(c, pairs, p);
     sums->touching++;
     sums->elastic_normal += normal_energy(c, g, pairs, p, gap, q.a);
     if (c->features & RY_CONTACT_FRICTION) {

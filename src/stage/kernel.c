@@ -99,8 +99,8 @@ RY_INLINE void book_left(ry_near *near, int32_t k, const ry_place at, double sli
     }
     const ry_loss left =
         half_loss(near->t_jn[k], near->t_jt[k], kt, w_n, w_t, -spring_energy(kt, slip + run, run), 0.5 / dt);
-    near->lost[RY_LEFT_DASHPOT][k] = left.dashpot;
-    near->lost[RY_LEFT_FRICTION][k] = left.friction;
+    near->lost[RY_LOST_DASHPOT][k] = near->t_dashpot[k] + left.dashpot;
+    near->lost[RY_LOST_FRICTION][k] = near->t_sliding[k] + left.friction;
 }
 
 /* ---- the loop ------------------------------------------------------------------------------- */
@@ -118,6 +118,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
     double *const rests = near->rest, *const slips = near->slip;
     double *const t_nx = near->t_nx, *const t_nz = near->t_nz, *const t_lever = near->t_lever;
     double *const t_jn = near->t_jn, *const t_jt = near->t_jt, *const t_kt = near->t_kt;
+    double *const t_dashpot = near->t_dashpot, *const t_sliding = near->t_sliding;
     double (*const lost)[RY_CONTACT_BLOCK] = near->lost;
     const double half_per_dt = 0.5 / dt;
     ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
@@ -218,8 +219,8 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             } else if (which == EVERY) {
                 lost[RY_LOST_IMPACT][k] = mine ? p.impact * per_ims * per_dt : 0.0;
             }
-            lost[RY_LOST_DASHPOT][k] = now.dashpot;
-            lost[RY_LOST_FRICTION][k] = now.friction;
+            t_dashpot[k] = mine ? now.dashpot : 0.0;
+            t_sliding[k] = mine ? now.friction : 0.0;
         }
         near->px[k] = mine ? px : 0.0;
         near->pz[k] = mine ? pz : 0.0;

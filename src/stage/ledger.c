@@ -31,7 +31,7 @@ static double lose_in_impact(const ry_contact *c, const ry_motion *m, const ry_g
     const ry_gap gap = ry_contact_gap(c, g, pairs, p);
     const double overlap = g->radius[i] + g->radius[j] - gap.distance;
     const double stretch = ry_max(overlap - pairs->rest[p] + after * dt, 0.0);
-    const double held = 0.5 * ry_contact_bond(c, i, j).a * stretch * stretch / (ims * dt * dt);
+    const double held = 0.5 * ry_contact_bond(c, pairs, p).a * stretch * stretch / (ims * dt * dt);
     const double side = (double)ry_contact_rests(c, pairs, i) - (double)ry_contact_rests(c, pairs, j);
     const double fall = impulse != 0.0 ? c->coef.g_dt2 * nz * side : 0.0;
     return -impulse * mean - (held - before_step) - fall * (mean - after) / (ims * dt);

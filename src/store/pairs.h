@@ -78,7 +78,9 @@ typedef struct ry_pairs {
     RY_TOUCH_FIELD(lever, "1", "distance over the sum of the radii")                                 \
     RY_TOUCH_FIELD(jn, "N s", "normal impulse of the dashpot")                                       \
     RY_TOUCH_FIELD(jt, "N s", "tangential impulse: of the dashpot, or all of it where it slides")    \
-    RY_TOUCH_FIELD(kt, "N/m", "tangential stiffness of a contact that slides; -1: does not")
+    RY_TOUCH_FIELD(kt, "N/m", "tangential stiffness of a contact that slides; -1: does not")         \
+    RY_TOUCH_FIELD(dashpot, "J", "the half of its dashpots' loss that is known")                     \
+    RY_TOUCH_FIELD(sliding, "J", "and that of its sliding")
 #define RY_TOUCH_POINTER(name, unit, text) double *t_##name;
     RY_TOUCH_FIELDS(RY_TOUCH_POINTER)
 #undef RY_TOUCH_POINTER
