@@ -111,7 +111,7 @@ RY_INLINE void book_left(ry_near *near, int32_t k, const ry_place at, double sli
 RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, const int which, const int moves,
                             const int ratio, const int features)
 {
-    const double dt = c->dt, back = -dt, per_dt = 1.0 / dt;
+    const double dt = c->dt, back = -dt, per_dt = 1.0 / dt, half_per_dt = 0.5 / dt;
     const double *const im = c->im;
     const int32_t n = near->n_padded;
     const int32_t *const pair_i = near->i, *const pair_j = near->j;
@@ -120,7 +120,6 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
     double *const t_jn = near->t_jn, *const t_jt = near->t_jt, *const t_kt = near->t_kt;
     double *const t_dashpot = near->t_dashpot, *const t_sliding = near->t_sliding;
     double (*const lost)[RY_CONTACT_BLOCK] = near->lost;
-    const double half_per_dt = 0.5 / dt;
     ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
     const double *const own = near->own;
     if (ratio) { /* known when compiled: what bounds a dashpot goes, or its root */

@@ -9,7 +9,7 @@
 #define LEAST 0.05
 #define A_STEP 0.0125
 /* The horizon at first, and its bounds, in steps; by how much it changes, and after how many lists. */
-#define FIRST 50.0
+#define FIRST 80.0
 #define SHORTEST 10.0
 #define LONGEST 160.0
 #define CHANGE 1.25
