@@ -166,14 +166,13 @@ static void say_fluid(const ry_writer *w, const ry_config *config, const ry_deri
     say(w, "  flux: q_b = q* x %.6g m^2/s (sphere volumes over a slab of width d)\n", q->flux_unit);
 }
 
-/* Bytes per grain of the arrays: state, motion, neighbour list, and 2.5 listed pairs; in short beds their coefficients;
- * their slots, but in long beds; what is kept of the last good state, but of very long ones. */
+/* Bytes per grain of the arrays: state, motion, neighbour list, and 2.5 listed pairs; their slots and coefficients, but in
+ * long beds; what is kept of the last good state, but of very long ones. */
 static double memory_of(const ry_scene_size *size)
 {
     const double grains = (double)(size->explicit_grains + size->bed + size->floor);
-    const double slots = grains < 20000.0 ? 2.5 * 32.0 : 0.0, kept = grains <= 200000.0 ? 80.0 : 0.0;
-    const double bonds = grains <= 5000.0 ? 2.5 * 48.0 : 0.0;
-    return grains * (72.0 + 140.0 + 45.0 + 2.5 * 32.0 + bonds + slots + kept) + (double)size->nz * 400.0;
+    const double slots = grains <= 20000.0 ? 2.5 * (32.0 + 48.0) : 0.0, kept = grains <= 200000.0 ? 80.0 : 0.0;
+    return grains * (72.0 + 140.0 + 45.0 + 2.5 * 32.0 + slots + kept) + (double)size->nz * 400.0;
 }
 
 /* Bytes of a frame in the result file, profile included. */

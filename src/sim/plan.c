@@ -18,8 +18,6 @@
 enum { GRAINS_PER_THREAD = 4000 };
 /* Grains that the caches hold, about. */
 enum { CACHED_GRAINS = 20000 };
-/* Up to here what a law wants to know of each pair alone is kept. */
-enum { BOND_GRAINS = 5000 };
 /* Start from motion: this long at so many times the stress, but not above that Shields number. */
 #define BOOST_TIME 0.25
 #define BOOST_FACTOR 4.0
@@ -323,7 +321,7 @@ static void ask_ahead(ry_plan *plan, const ry_grains *g)
  * wet contacts change. */
 static int keeps_bonds(const ry_plan *plan, const ry_config *config, int32_t n)
 {
-    return (plan->contact.features & RY_CONTACT_SIZES) && !config->contact_wet && n <= BOND_GRAINS;
+    return (plan->contact.features & RY_CONTACT_SIZES) && !config->contact_wet && n <= CACHED_GRAINS;
 }
 
 ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state, int threads,
