@@ -166,8 +166,8 @@ static void say_fluid(const ry_writer *w, const ry_config *config, const ry_deri
     say(w, "  flux: q_b = q* x %.6g m^2/s (sphere volumes over a slab of width d)\n", q->flux_unit);
 }
 
-/* Bytes per grain of the arrays: state, motion, neighbour list, and 2.5 listed pairs; their slots and coefficients, but in
- * long beds; what is kept of the last good state, but of very long ones. */
+/* Bytes per grain of the arrays: state, motion, neighbour list, and 2.5 listed pairs; their slots and coefficients, but
+ * in long beds; what is kept of the last good state, but of very long ones. */
 static double memory_of(const ry_scene_size *size)
 {
     const double grains = (double)(size->explicit_grains + size->bed + size->floor);
