@@ -220,6 +220,7 @@ static void test_skins(void **state)
             assert_true(list < 200 || (b.horizon < best * 1.6 && b.horizon > best / 1.6));
             pairs.n = (int32_t)(1e6 * pairs_at(2.0, moving[m], b.horizon));
             step += b.horizon;
+            b.rebuilds++;
             ry_skin_tune(&b, &pairs, (int64_t)step);
         }
     }

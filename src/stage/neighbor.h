@@ -28,6 +28,7 @@ typedef struct ry_skin {
     double change;       /* by which these are multiplied next */
     double cost, looked; /* of a step in the lists before; of all steps since: in pairs that are looked at */
     int lists;           /* since then */
+    int64_t rebuilds;    /* of all, up to the last */
     int64_t began, last; /* steps: when the first of them was made (-1: none yet), and the last */
 } ry_skin;
 

@@ -45,15 +45,18 @@ static void turn(ry_skin *s, double cost)
 void ry_skin_tune(ry_neighbor *b, const ry_pairs *pairs, int64_t step)
 {
     ry_skin *const s = &b->skin;
+    const int made = (int)(b->rebuilds - s->rebuilds); /* one; or more, where grains sleep and wake */
+    const double cells = b->cell_x * b->cell_z / (s->d * s->d);
+    s->rebuilds = b->rebuilds;
     if (!s->on || s->began < 0) { /* who knows how long the first list has served */
         s->began = s->last = step;
         return;
     }
     s->looked += (double)pairs->n * (double)(step - s->last);
-    s->looked += (double)pairs->n_grains * (LIST_COST + CELL_COST * b->cell_x * b->cell_z / (s->d * s->d));
+    s->looked += (double)pairs->n_grains * made * (LIST_COST + CELL_COST * cells);
     s->last = step;
-    s->lists++;
-    if (s->lists == LISTS) {
+    s->lists += made;
+    if (s->lists >= LISTS) {
         turn(s, s->looked / (double)(step - s->began));
         set_skins(b);
         s->lists = 0;
