@@ -11,10 +11,10 @@
 /* Large beds come from beyond the caches, and records that are read here and there are not foreseen by the
  * processor: those of so many grains further on are asked for. */
 enum { AHEAD = 96 };
-/* So many pairs have as many owners as there are numbers on a line, about. */
+/* So many pairs have as many owners as a line has numbers, about: as often the next of ry_contact.ahead are due. */
 enum { A_LINE = 16 };
 
-/* What the law needs of a pair is differences (of position and velocity) and sums. One load fetches half a grain: */
+/* What the law needs of a pair is differences (of position and velocity) and sums. One load fetches half a grain, */
 RY_INLINE void fetch_four(const double (*body)[RY_BODY], ry_near *near, int32_t k)
 {
     const int32_t *const i = near->i + k, *const j = near->j + k;
@@ -37,7 +37,7 @@ RY_INLINE void fetch_four(const double (*body)[RY_BODY], ry_near *near, int32_t 
     ry_four_store(near->tm + k, motion[RY_BODY_TM - RY_BODY_VX]);
 }
 
-/* or a whole one. */
+/* or, where vectors are so wide, a whole one. */
 RY_INLINE void fetch_eight(const double (*body)[RY_BODY], ry_near *near, int32_t k)
 {
     const ry_eight flip = {-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0};
@@ -88,10 +88,10 @@ RY_INLINE void fetch_body(const ry_contact *c, ry_near *near, const int wide, co
     near->young = young;
 }
 
-#define FETCH(name, target, wide, ahead)                     \
+#define FETCH(name, target, wide, ahead)                        \
     target static void name(const ry_contact *c, ry_near *near) \
-    {                                                        \
-        fetch_body(c, near, wide, ahead);                    \
+    {                                                           \
+        fetch_body(c, near, wide, ahead);                       \
     }
 FETCH(fetch_cached, RY_CLONES, 0, 0)
 FETCH(fetch_ahead, RY_CLONES, 0, 1)

@@ -34,7 +34,7 @@ enum { RY_MAX_WALLS = 3 };
     RY_GRAIN_FIELD(uint8_t, fixed, "1", "1: nothing moves it")
 
 typedef struct ry_grains {
-    int32_t n; /* grains, fixed ones included. push may be NULL: without fluid; it counts as 0 */
+    int32_t n; /* grains, fixed ones included. push may be NULL: where the fluid has no use for it; it counts as 0 */
 #define RY_GRAIN_POINTER(type, name, unit, text) type *name;
     RY_GRAIN_FIELDS(RY_GRAIN_POINTER)
 #undef RY_GRAIN_POINTER
