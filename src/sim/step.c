@@ -47,7 +47,7 @@ static ry_status put_in_order(ry_plan *plan, ry_state *state, ry_error *error)
 static ry_status run_neighbor(ry_plan *plan, ry_state *state, ry_error *error)
 {
     if (plan->must_rebuild) {
-        ry_contact_close(&plan->contact, &state->grains, &plan->pairs);
+        ry_contact_close_list(&plan->contact, &state->grains, &plan->pairs);
         ry_skin_tune(&plan->neighbor, &plan->pairs, state->step);
         RY_TRY(is_out_of_order(plan, state)
                    ? put_in_order(plan, state, error)

@@ -432,9 +432,18 @@ void ry_contact_end(const ry_contact *c, ry_pairs *pairs)
 
 /* ---- the books ------------------------------------------------------------------------------ */
 
-static void close_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t end,
-                        int32_t chunk)
+/* Contacts that have parted hold nothing any more. */
+static void forget_parted(const ry_near *near, double *slip)
 {
+    for (int32_t k = 0; k < near->n; k++) {
+        slip[k] = near->distance[k] < near->radii[k] ? slip[k] : 0.0;
+    }
+}
+
+static void close_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t end,
+                        int32_t chunk, int parted)
+{
+    const int holds = parted && (c->features & RY_CONTACT_FRICTION);
     ry_near near;
     near.books = books_of(c, chunk);
     for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
@@ -442,6 +451,10 @@ static void close_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs
         fetch_block(c, g, pairs, p, n, &near);
         c->close(c, &near);
         book_losses(c, &near, 0);
+        if (holds && near.opens) {
+            book_openings(c, g, pairs, p, &near);
+            forget_parted(&near, pairs->slip + p);
+        }
         for (int32_t k = p; k < p + n; k++) {
             pairs->t_jn[k] = pairs->t_jt[k] = pairs->t_dashpot[k] = pairs->t_sliding[k] = 0.0;
             pairs->t_kt[k] = -1.0;
@@ -453,6 +466,7 @@ typedef struct ry_contact_task {
     const ry_contact *contact;
     const ry_grains *grains;
     ry_pairs *pairs;
+    int parted;
 } ry_contact_task;
 
 static void close_chunks(void *context, int32_t begin, int32_t end, int thread)
@@ -461,17 +475,27 @@ static void close_chunks(void *context, int32_t begin, int32_t end, int thread)
     const int32_t *const chunk = t->pairs->chunk;
     (void)thread;
     for (int32_t k = begin; k < end; k++) {
-        close_range(t->contact, t->grains, t->pairs, chunk[k], chunk[k + 1], k);
+        close_range(t->contact, t->grains, t->pairs, chunk[k], chunk[k + 1], k, t->parted);
     }
 }
 
-void ry_contact_close(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
+static void close_books(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int parted)
 {
     if (c->books == NULL) {
         return;
     }
-    ry_contact_task task = {c, g, pairs};
+    ry_contact_task task = {c, g, pairs, parted};
     ry_parallel(c->threads, pairs->n_chunks, close_chunks, &task);
-    close_range(c, g, pairs, pairs->n_inner, pairs->n, pairs->n_chunks);
+    close_range(c, g, pairs, pairs->n_inner, pairs->n, pairs->n_chunks, parted);
     join_books(c, pairs->n_chunks);
+}
+
+void ry_contact_close(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
+{
+    close_books(c, g, pairs, 0);
+}
+
+void ry_contact_close_list(const ry_contact *c, const ry_grains *g, ry_pairs *pairs)
+{
+    close_books(c, g, pairs, 1);
 }

@@ -147,6 +147,10 @@ void ry_contact_end(const ry_contact *contact, ry_pairs *pairs);
  * list is made anew. Makes no difference to any later bit. */
 void ry_contact_close(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
 
+/* The same at the beginning of a step in which the list is made anew: also books what contacts hold that have parted,
+ * for they may have gone so far that they are not listed any more. */
+void ry_contact_close_list(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
+
 /* For measuring. */
 typedef struct ry_contact_sums {
     double elastic_normal, elastic_tangential; /* [J] */
