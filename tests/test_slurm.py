@@ -173,7 +173,7 @@ class Array(unittest.TestCase):
         self.folder.mkdir()
         self.addCleanup(shutil.rmtree, self.folder)
         (self.folder / "scene.yaml").write_text(
-            "time: {step: 20 us, end: 30 s, settle: 2 ms}\ngrains: {columns: 6, layers: 3, seed: 3}\n"
+            "time: {step: 20 us, end: 60 s, settle: 2 ms}\ngrains: {columns: 6, layers: 3, seed: 3}\n"
             "output: {interval: 2 ms, checkpoint: 0.1 s, fields: [flux]}\n")
         (self.folder / "s.yaml").write_text("scene: scene.yaml\nvary: {fluid.shields: [0.3, 0.5, 0.7, 0.9]}\n")
 
