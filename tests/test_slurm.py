@@ -267,7 +267,7 @@ class Array(unittest.TestCase):
             self.skipTest("ryusa was built without MPI")
         if "pmix" not in CLUSTER.tell_all("srun", "--mpi=list"):
             self.skipTest("this Slurm has no PMIx")
-        words = [PROGRAM, "sweep", "s.yaml", "-s", "time.end=3 s"]
+        words = [PROGRAM, "sweep", "s.yaml", "-s", "time.end=20 s"]
         subprocess.run([*words, "-q", "-o", "plain.h5"], cwd=self.folder, check=True, env=PLAIN)
         r = CLUSTER.run("srun", "--mpi=pmix", "-n", "2", f"--chdir={self.folder}", *words)
         self.assertEqual(r.returncode, 0, r.stdout + r.stderr)
