@@ -7,6 +7,19 @@
 #include "base/memory.h"
 #include "stage/neighbor.h"
 
+void ry_neighbor_look(ry_neighbor *b, const ry_grains *g)
+{
+    const double half = b->periodic ? 0.5 * b->length : INFINITY;
+    double most2 = 0.0;
+    for (int32_t k = 0; k < g->n; k++) {
+        double dx = g->x[k] - b->x0[k];
+        dx -= dx > half ? b->length : (dx < -half ? -b->length : 0.0);
+        const double dz = g->z[k] - b->z0[k], way2 = dx * dx + dz * dz;
+        most2 = way2 > most2 ? way2 : most2;
+    }
+    b->strayed = sqrt(most2);
+}
+
 /* Appends the grains of a cell that are near k. */
 static size_t near_in_cell(const ry_neighbor *b, const ry_grains *g, int32_t k, int32_t cell, double gap, int32_t *out,
                            size_t n)
@@ -27,7 +40,7 @@ ry_status ry_neighbor_around(ry_neighbor *b, const ry_grains *g, int32_t k, doub
                              int32_t *n_near, ry_error *error)
 {
     struct ry_found *const found = &b->found[0];
-    const double reach = 2.0 * b->radius_max + gap + 2.0 * b->skin_most; /* grains have moved since the rebuild */
+    const double reach = 2.0 * b->radius_max + gap + b->strayed;
     const int32_t cell_of = ry_neighbor_cell(b, g, k), column = cell_of / b->rows, row = cell_of % b->rows;
     const int32_t wide = (int32_t)ceil(fmin(reach / b->cell_x, b->columns));
     const int32_t high = (int32_t)ceil(fmin(reach / b->cell_z, b->rows));

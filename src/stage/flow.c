@@ -67,19 +67,16 @@ RY_INLINE double drag_rate(double rx, double rz, double area, double viscous, do
     return area * coefficient * hinder;
 }
 
-/* Grains are done in blocks of this many, which stay in the first cache. */
-enum { BLOCK = 256 };
-
 /* What a block of grains sees. */
 typedef struct ry_seen {
-    double u[BLOCK], gradient[BLOCK], hinder[BLOCK];
+    double u[RY_BLOCK], gradient[RY_BLOCK], hinder[RY_BLOCK];
 } ry_seen;
 
 RY_INLINE void see_block(const ry_flow *f, const double *z, int32_t n, ry_seen *out)
 {
     const ry_flow flow = *f; /* a copy that nothing written to below can alias */
-    int32_t cell[BLOCK];
-    double part[BLOCK];
+    int32_t cell[RY_BLOCK];
+    double part[RY_BLOCK];
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
         const ry_spot spot = find_spot(&flow, z[k]);
@@ -189,8 +186,8 @@ static void add_lift(const ry_flow *f, const ry_grains *g, const ry_motion *m, i
 static void sample_range(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin, int32_t end,
                          int32_t first, int way)
 {
-    for (int32_t k = begin; k < end; k += BLOCK) {
-        const int32_t n = end - k < BLOCK ? end - k : BLOCK;
+    for (int32_t k = begin; k < end; k += RY_BLOCK) {
+        const int32_t n = end - k < RY_BLOCK ? end - k : RY_BLOCK;
         samplers[way][f->drag](f, g, m, k, n, k + first);
         if (f->lift > 0.0) {
             add_lift(f, g, m, k, n, k + first);

@@ -49,6 +49,7 @@ typedef struct ry_neighbor {
     const int32_t *was;   /* where each grain lay in memory when the list was made; NULL: where it lies now */
     double *x0, *z0; /* where the grains were at the last rebuild; x0 wraps with x [m] */
     double *limit2;  /* square of how far each may go from there [m^2] */
+    double strayed;  /* how far the furthest had gone at the last ry_neighbor_look [m] */
 
     /* scratch of a rebuild */
     double cell_x, cell_z, left, bottom; /* sizes and corner of the grid [m] */
@@ -92,8 +93,11 @@ RY_INLINE void ry_sort_by_id(int32_t *j, size_t n, const int32_t *id)
     }
 }
 
+/* Finds how far grains have gone since the last rebuild, in whose grid ry_neighbor_around looks. */
+void ry_neighbor_look(ry_neighbor *neighbor, const ry_grains *grains);
+
 /* Grains (k among them) whose surface is nearer than `gap` to that of grain k, in ascending id, as they lie now; `gap`
- * any. The grid is that of the last rebuild. The *n grains are in *near until the next call. */
+ * any. No grain has moved since ry_neighbor_look. The *n grains are in *near until the next call. */
 ry_status ry_neighbor_around(ry_neighbor *neighbor, const ry_grains *grains, int32_t k, double gap,
                              const int32_t **near, int32_t *n, ry_error *error);
 

@@ -225,6 +225,8 @@ static ry_status reform(ry_sleep *s, ry_error *error)
 {
     const ry_grains *const g = &s->state->grains;
     ry_motion *const m = s->motion;
+    ry_motion_settle(m, g); /* where those are who have just been pushed; then what has parted is booked */
+    ry_contact_close_list(s->contact, g, s->pairs);
     ry_places_change(s->places, s->pairs);
     ry_motion_settle(m, g);
     m->highest_asleep = -INFINITY;
@@ -244,7 +246,7 @@ static ry_status reform(ry_sleep *s, ry_error *error)
 static ry_status wake(ry_sleep *s, ry_error *error)
 {
     const int32_t first = s->n_woken;
-    ry_contact_close(s->contact, &s->state->grains, s->pairs);
+    ry_neighbor_look(s->neighbor, &s->state->grains);
     for (int32_t w = 0; w < first; w++) {
         const int32_t *near;
         int32_t n;
@@ -259,8 +261,7 @@ static ry_status wake(ry_sleep *s, ry_error *error)
         }
         forget_sleep(s, s->woken[w]);
     }
-    ry_sleep_order_woken(s);
-    return reform(s, error);
+    return RY_OK;
 }
 
 /* ---- falling asleep -------------------------------------------------------------------------- */
@@ -358,22 +359,24 @@ static void sample_new(const ry_sleep *s)
     }
 }
 
+/* Those who wake in this step are not quiet. */
 static void find_quiet(ry_sleep *s)
 {
+    const ry_sleepers *const q = &s->state->sleepers;
     for (int32_t k = 0; k < s->state->grains.n; k++) {
-        const int awake = k < s->motion->n_awake;
-        s->mark[k] = !awake || rests(s, k) ? MARK_QUIET : 0;
-        s->own_load[k] = awake ? load_of(s, k) : s->state->sleepers.load[k];
+        const int was_awake = k < s->motion->n_awake;
+        s->mark[k] = q->asleep[k] || (was_awake && rests(s, k)) ? MARK_QUIET : 0;
+        s->own_load[k] = was_awake ? load_of(s, k) : q->load[k];
     }
 }
 
-static ry_status fall_asleep(ry_sleep *s, ry_error *error)
+/* *n_new do. */
+static ry_status fall_asleep(ry_sleep *s, int32_t *n_new, ry_error *error)
 {
     const ry_grains *const g = &s->state->grains;
     const ry_sleepers *const q = &s->state->sleepers;
-    int32_t n_new = 0;
-    ry_contact_close(s->contact, g, s->pairs); /* while its grains still move */
     find_quiet(s);
+    ry_neighbor_look(s->neighbor, g);
     for (int32_t k = 0; k < s->motion->n_awake; k++) {
         int all_quiet = 0;
         double load = 0.0;
@@ -383,7 +386,7 @@ static ry_status fall_asleep(ry_sleep *s, ry_error *error)
         if (all_quiet) {
             s->mark[k] |= MARK_NEW;
             q->bears[k] = s->tolerance * load;
-            n_new++;
+            (*n_new)++;
         }
         q->from_x[k] = g->x[k];
         q->from_z[k] = g->z[k];
@@ -393,32 +396,44 @@ static ry_status fall_asleep(ry_sleep *s, ry_error *error)
             lay_down(s, k);
         }
     }
-    if (n_new > 0) {
-        RY_TRY(ry_sleep_freeze(s, error));
-        ry_sleep_order_all(s);
-        RY_TRY(reform(s, error));
-    }
-    rest_anew(s);
-    sample_new(s);
-    watch_anew(s);
-    return RY_OK;
+    return *n_new > 0 ? ry_sleep_freeze(s, error) : RY_OK;
 }
 
 /* ---- the stage ------------------------------------------------------------------------------- */
 
+/* Who wakes and who falls asleep is found by the impulses of this step, which stand in the list: the sets are formed
+ * anew, and the list with them, when both are known. */
+static ry_status change_sets(ry_sleep *s, int looks, ry_error *error)
+{
+    int32_t n_new = 0;
+    ry_contact_close(s->contact, &s->state->grains, s->pairs); /* while its grains still move */
+    RY_TRY(wake(s, error));
+    if (looks) {
+        RY_TRY(fall_asleep(s, &n_new, error));
+    }
+    if (s->n_woken > 0 || n_new > 0) {
+        (n_new > 0 ? ry_sleep_order_all : ry_sleep_order_woken)(s);
+        RY_TRY(reform(s, error));
+    }
+    if (looks) {
+        rest_anew(s);
+        sample_new(s);
+        watch_anew(s);
+    }
+    return RY_OK;
+}
+
 ry_status ry_sleep_stage(ry_sleep *s, ry_error *error)
 {
     const int32_t n = s->state->grains.n;
+    const int looks = s->look_every > 0 && (s->state->step + 1) % s->look_every == 0;
     s->slept += (double)(n - s->motion->n_awake - s->n_fixed) / fmax(n - s->n_fixed, 1);
     s->steps++;
     if (s->watched != s->neighbor->rebuilds) {
         list_watch(s);
     }
     find_woken(s);
-    if (s->n_woken > 0) {
-        RY_TRY(wake(s, error));
-    }
-    return s->look_every > 0 && (s->state->step + 1) % s->look_every == 0 ? fall_asleep(s, error) : RY_OK;
+    return s->n_woken > 0 || looks ? change_sets(s, looks, error) : RY_OK;
 }
 
 /* ---- making it ------------------------------------------------------------------------------- */

@@ -141,15 +141,25 @@ static int32_t slot_of(const ry_sleep *s, int32_t id_i, int32_t id_j)
     return p;
 }
 
-/* Contacts of the list between grains that now sleep, with their impulses of this step. */
+static int touches(const ry_sleep *s, int32_t p)
+{
+    const double *const radius = s->state->grains.radius;
+    const ry_gap gap = ry_contact_gap(s->contact, &s->state->grains, s->pairs, p);
+    return gap.distance < radius[s->pairs->i[p]] + radius[s->pairs->j[p]];
+}
+
+/* Contacts of the list between grains that now sleep, with their impulses of this step; not those that have parted
+ * in it. */
 ry_status ry_sleep_freeze(ry_sleep *s, ry_error *error)
 {
     ry_contacts *const all = &s->state->contacts;
     RY_TRY(ry_pairs_export(s->pairs, s->state->grains.id, all, error));
     int64_t n = 0;
     for (int64_t c = 0; c < all->n; c++) {
-        if (sleeps(s, all->id_i[c]) && sleeps(s, all->id_j[c])) {
-            const double *const slot = s->pairs->slot[slot_of(s, all->id_i[c], all->id_j[c])];
+        const int both = sleeps(s, all->id_i[c]) && sleeps(s, all->id_j[c]);
+        const int32_t p = both ? slot_of(s, all->id_i[c], all->id_j[c]) : -1;
+        if (both && touches(s, p)) {
+            const double *const slot = s->pairs->slot[p];
             copy_contact(all, n, all, c);
             all->frozen_x[n] = slot[RY_SLOT_X];
             all->frozen_z[n] = slot[RY_SLOT_Z];
