@@ -289,9 +289,9 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_scenes_sleep_and_wake), cmocka_unit_test(test_what_may_not_matter),
-        cmocka_unit_test(test_gusts), cmocka_unit_test(test_looking), cmocka_unit_test(test_measuring), cmocka_unit_test(test_going_on),
-        cmocka_unit_test(test_bad_values), cmocka_unit_test(test_off), cmocka_unit_test(test_bed_falls_asleep),
-        cmocka_unit_test(test_flow_wakes),
+        cmocka_unit_test(test_gusts), cmocka_unit_test(test_looking), cmocka_unit_test(test_measuring),
+        cmocka_unit_test(test_going_on), cmocka_unit_test(test_bad_values), cmocka_unit_test(test_off),
+        cmocka_unit_test(test_bed_falls_asleep), cmocka_unit_test(test_flow_wakes),
     };
     return cmocka_run_group_tests(tests, make_folder, remove_folder);
 }
