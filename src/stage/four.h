@@ -60,12 +60,15 @@ RY_INLINE void ry_four_turn(ry_four *r)
 #if defined(__GNUC__) && !defined(__clang__) && defined(__x86_64__) && !defined(RY_ONE_TARGET)
 #define RY_WIDE __attribute__((target("arch=x86-64-v4")))
 #define RY_HAS_WIDE __builtin_cpu_supports("x86-64-v4")
+#define RY_INTRINSICS 1 /* those of AVX-512 may be used in such functions */
 #else
 #define RY_WIDE
-#ifdef __AVX512F__
+#if defined(__AVX512F__) && defined(__AVX512VL__) && defined(__AVX512DQ__) && defined(__AVX512BW__)
 #define RY_HAS_WIDE 1
+#define RY_INTRINSICS 1
 #else
 #define RY_HAS_WIDE 0
+#define RY_INTRINSICS 0
 #endif
 #endif
 

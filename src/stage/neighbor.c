@@ -219,26 +219,6 @@ static void take_back(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs)
     }
 }
 
-/* Owners; and for each grain the slots in which it is the partner, in place of their owners, whose ids ascend. */
-static void fill_below(void *context, int32_t begin, int32_t end, int thread)
-{
-    const ry_fill_task *const t = context;
-    const ry_pairs *const pairs = t->pairs;
-    (void)thread;
-    for (int32_t k = begin; k < end; k++) {
-        for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
-            pairs->i[p] = k;
-        }
-        for (int32_t b = pairs->below_start[k]; b < pairs->below_start[k + 1]; b++) {
-            int32_t p = pairs->row[pairs->below[b]];
-            while (pairs->j[p] != k) {
-                p++;
-            }
-            pairs->below[b] = p;
-        }
-    }
-}
-
 static void fill_walls(const ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, int had_list)
 {
     int32_t slot = pairs->n_inner;
@@ -292,7 +272,7 @@ static ry_status find_once(ry_neighbor *b, const ry_grains *g, ry_pairs *pairs, 
     }
     ry_grid_fill(b, g, scratch);
     lay_parts(b, pairs);
-    const int found = ry_grid_find(b, g, pairs);
+    const int found = ry_partners_find(b, g, pairs);
     if (is_short) {
         free(scratch);
     }
@@ -326,7 +306,7 @@ ry_status ry_neighbor_rebuild(ry_neighbor *b, const ry_grains *g, ry_pairs *pair
     RY_TRY(find_pairs(b, g, pairs, error));
     ry_parallel(b->threads, g->n, fill_rows, &task);
     take_back(b, g, pairs);
-    ry_parallel(b->threads, g->n, fill_below, &task);
+    ry_parallel(b->threads, g->n, ry_partners_link, pairs);
     fill_walls(b, g, pairs, had_list);
     fill_up(pairs, pairs->row[g->n], pairs->n_inner);
     fill_up(pairs, pairs->n, ry_pairs_fill(pairs->n));

@@ -20,6 +20,14 @@ typedef struct ry_raster {
     float x, z;    /* a unit [m] */
 } ry_raster;
 
+/* Cells of equal size, column by column. */
+typedef struct ry_grid {
+    double reach;        /* of the furthest grain, and what rounding takes [m] */
+    double left, bottom; /* the corner [m] */
+    double per_x, per_z; /* cells per metre */
+    int32_t columns, rows;
+} ry_grid;
+
 /* See stage/skin.h. */
 typedef struct ry_skin {
     int on;              /* else the skins stay as they are */
@@ -52,16 +60,14 @@ typedef struct ry_neighbor {
     double strayed;  /* how far the furthest had gone at the last ry_neighbor_look [m] */
 
     /* scratch of a rebuild */
-    double cell_x, cell_z, left, bottom; /* sizes and corner of the grid [m] */
-    double per_cell_x, per_cell_z;       /* [1/m] */
-    int32_t columns, rows;
+    ry_grid grid;
     size_t n_cells_room;
     int32_t *cell_start, *member; /* grains by cell; with sleepers they are known after the rebuild, too */
     int32_t *own_member;          /* is `member` then; else NULL */
     ry_raster raster;
     uint32_t *member_x, *member_z; /* where they are, in units of the raster */
     float *member_reach;
-    uint8_t *busy; /* cells: a grain that is not still is there or next to it; NULL without sleepers */
+    uint8_t *busy; /* cells: who is there may touch a grain that is not still; NULL without sleepers */
     size_t n_busy_room;
     struct ry_found {
         int32_t *near; /* of one grain */
@@ -100,9 +106,6 @@ void ry_neighbor_look(ry_neighbor *neighbor, const ry_grains *grains);
  * any. No grain has moved since ry_neighbor_look. The *n grains are in *near until the next call. */
 ry_status ry_neighbor_around(ry_neighbor *neighbor, const ry_grains *grains, int32_t k, double gap,
                              const int32_t **near, int32_t *n, ry_error *error);
-
-/* The cell in which grain k lies now, in the grid of the last rebuild. */
-int32_t ry_neighbor_cell(const ry_neighbor *neighbor, const ry_grains *grains, int32_t k);
 
 /* Makes the list anew; the memory of contacts goes along. */
 ry_status ry_neighbor_rebuild(ry_neighbor *neighbor, const ry_grains *grains, ry_pairs *pairs,

@@ -14,10 +14,8 @@
 #define LONGEST 160.0
 #define CHANGE 1.25
 enum { LISTS = 8 };
-/* What a list costs of a grain, in pairs that are looked at once: as such, and for each square diameter of a cell.
- * Measured: docs/performance.md. */
-#define LIST_COST 28.0
-#define CELL_COST 2.5
+/* What a list costs of a grain, in pairs that are looked at once. Measured: docs/performance.md. */
+#define LIST_COST 22.0
 
 static void set_skins(ry_neighbor *b)
 {
@@ -46,14 +44,13 @@ void ry_skin_tune(ry_neighbor *b, const ry_pairs *pairs, int64_t step)
 {
     ry_skin *const s = &b->skin;
     const int made = (int)(b->rebuilds - s->rebuilds); /* one; or more, where grains sleep and wake */
-    const double cells = b->cell_x * b->cell_z / (s->d * s->d);
     s->rebuilds = b->rebuilds;
     if (!s->on || s->began < 0) { /* who knows how long the first list has served */
         s->began = s->last = step;
         return;
     }
     s->looked += (double)pairs->n * (double)(step - s->last);
-    s->looked += (double)pairs->n_grains * made * (LIST_COST + CELL_COST * cells);
+    s->looked += LIST_COST * (double)pairs->n_grains * made;
     s->last = step;
     s->lists += made;
     if (s->lists >= LISTS) {
