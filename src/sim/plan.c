@@ -306,7 +306,7 @@ static void ask_ahead(ry_plan *plan, const ry_grains *g)
     const ry_motion *const m = &plan->motion;
     const ry_neighbor *const b = &plan->neighbor;
     const int pushes = m->pushed && m->pushes_kept;
-    const double *const arrays[] = {g->x, g->z, g->vx, g->vz, g->spin, g->radius, b->x0, b->z0, b->limit2,
+    const double *const arrays[] = {g->x, g->z, g->vx, g->vz, g->spin, g->radius, b->x0, b->z0,
                                     m->im, m->tm, m->spin_gain, m->weight, plan->flow.viscous, g->push,
                                     pushes ? m->gx : NULL, pushes ? m->gz : NULL, m->kept ? m->cx : NULL,
                                     m->kept ? m->cz : NULL, m->kept ? m->ct : NULL, plan->measure.impulse};

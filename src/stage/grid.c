@@ -8,7 +8,7 @@
 #include "stage/neighbor_private.h"
 
 /* Sizes of a cell in reaches of the furthest grain: a pair reaches two of them. */
-#define CELL_WIDTH 3.0
+#define CELL_WIDTH 4.0
 #define CELL_HEIGHT 1.0
 
 /* ---- the grid ------------------------------------------------------------------------------- */
@@ -18,14 +18,14 @@
 RY_CLONES static double set_limits(ry_neighbor *b, const ry_grains *g)
 {
     const double *const vx = g->vx, *const vz = g->vz;
-    double *restrict const limit2 = b->limit2;
+    float *restrict const limit2 = b->limit2;
     const double least = b->skin_least, most = b->skin_most, ahead = b->horizon;
     double furthest = 0.0;
 #pragma omp simd reduction(max : furthest)
     for (int32_t k = 0; k < g->n; k++) {
         const double way = least + ahead * sqrt(vx[k] * vx[k] + vz[k] * vz[k]);
         const double s = way < most ? way : most;
-        limit2[k] = RY_NEARLY_ONE * s * s;
+        limit2[k] = (float)(RY_NEARLY_ONE * s * s);
         furthest = s > furthest ? s : furthest;
     }
     return furthest;

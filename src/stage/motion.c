@@ -316,7 +316,7 @@ RY_INLINE double drift(double v, double after, int touched, double dt)
 /* The grains of a block, from `begin` on; at: place of cx, cz, ct; push_at: of gx, gz. x that wrap are rare: `over` is
  * what is taken off, and whether any is not 0 is returned. */
 RY_INLINE int integrate_body(const ry_motion *m, ry_grains *g, const double *restrict x0, const double *restrict z0,
-                             const double *restrict limit2, int32_t begin, int32_t n, int32_t at, int32_t push_at,
+                             const float *restrict limit2, int32_t begin, int32_t n, int32_t at, int32_t push_at,
                              const int pushed, const int books, double *restrict over, double *restrict work,
                              ry_extent *extent)
 {
@@ -349,7 +349,7 @@ RY_INLINE int integrate_body(const ry_motion *m, ry_grains *g, const double *res
         vz[k] = uz;
         spin[k] += ct[k] * gain[k];
         const double run_x = xn - x0[k], run_z = zn - z0[k];
-        const double beyond = run_x * run_x + run_z * run_z - limit2[k];
+        const double beyond = run_x * run_x + run_z * run_z - (double)limit2[k];
         furthest = beyond > furthest ? beyond : furthest;
         highest = zn > highest ? zn : highest;
         const double in = xn < left ? length : 0.0; /* came in at the right end */
@@ -368,7 +368,7 @@ RY_INLINE int integrate_body(const ry_motion *m, ry_grains *g, const double *res
 
 #define INTEGRATE(name, pushed, books)                                                                    \
     RY_CLONES static int name(const ry_motion *m, ry_grains *g, const double *x0, const double *z0,       \
-                              const double *limit2, int32_t begin, int32_t n, int32_t at, int32_t push_at, \
+                              const float *limit2, int32_t begin, int32_t n, int32_t at, int32_t push_at, \
                               double *over, double *work, ry_extent *extent)                              \
     {                                                                                                     \
         return integrate_body(m, g, x0, z0, limit2, begin, n, at, push_at, pushed, books, over, work, extent); \
@@ -393,7 +393,7 @@ static void shift_range(const ry_motion *m, ry_grains *g, int32_t begin, int32_t
     }
 }
 
-void ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const double *z0, const double *limit2,
+void ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const double *z0, const float *limit2,
                          int32_t begin, int32_t end, int chunk)
 {
     const int32_t at = ry_motion_at(m, begin, chunk), push_at = ry_motion_push_at(m, begin, chunk), n = end - begin;

@@ -76,7 +76,7 @@ void ry_motion_gather(const ry_motion *motion, const ry_pairs *pairs, int32_t be
 void ry_motion_listed(const ry_pairs *pairs, int32_t k, double *slot);
 
 /* Of a block of grains. x0, z0: where the neighbour list was made; they wrap with x. */
-void ry_motion_integrate(const ry_motion *motion, ry_grains *grains, double *x0, const double *z0, const double *limit2,
+void ry_motion_integrate(const ry_motion *motion, ry_grains *grains, double *x0, const double *z0, const float *limit2,
                          int32_t begin, int32_t end, int chunk);
 
 /* Before and after the blocks of a step. Returns whether a grain has gone further than the root of its limit2 since the

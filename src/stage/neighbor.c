@@ -18,7 +18,7 @@ ry_status ry_neighbor_create(ry_neighbor *b, const ry_grains *grains, int thread
     }
     b->x0 = ry_array(n, sizeof(double));
     b->z0 = ry_array(n, sizeof(double));
-    b->limit2 = ry_array(n, sizeof(double));
+    b->limit2 = ry_array(n, sizeof *b->limit2);
     b->found = ry_array((size_t)threads, sizeof *b->found);
     int whole = b->x0 && b->z0 && b->limit2 && b->found;
     for (int w = 0; w < b->n_walls; w++) {

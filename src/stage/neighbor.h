@@ -56,7 +56,7 @@ typedef struct ry_neighbor {
     int has_sleepers;     /* grains that are still but not near any other are common: look for nobody near them */
     const int32_t *was;   /* where each grain lay in memory when the list was made; NULL: where it lies now */
     double *x0, *z0; /* where the grains were at the last rebuild; x0 wraps with x [m] */
-    double *limit2;  /* square of how far each may go from there [m^2] */
+    float *limit2;   /* square of how far each may go from there [m^2] */
     double strayed;  /* how far the furthest had gone at the last ry_neighbor_look [m] */
 
     /* scratch of a rebuild */

@@ -20,7 +20,7 @@ enum { RY_SPARE = 16 };
 /* The reach of a grain beyond its centre: its radius, and how far it may go. */
 RY_INLINE double ry_neighbor_reach(const ry_neighbor *b, const ry_grains *g, int32_t k)
 {
-    return g->radius[k] + sqrt(b->limit2[k] * (1.0 / RY_NEARLY_ONE));
+    return g->radius[k] + sqrt((double)b->limit2[k] * (1.0 / RY_NEARLY_ONE));
 }
 
 /* A reach that rounding makes no shorter: each of two grains is half a unit of the raster off at most along x and along

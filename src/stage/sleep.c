@@ -225,8 +225,10 @@ static ry_status reform(ry_sleep *s, ry_error *error)
 {
     const ry_grains *const g = &s->state->grains;
     ry_motion *const m = s->motion;
-    ry_motion_settle(m, g); /* where those are who have just been pushed; then what has parted is booked */
-    ry_contact_close_list(s->contact, g, s->pairs);
+    if (s->contact->books != NULL) { /* what has parted, now that those who wake have been pushed */
+        ry_motion_settle(m, g);
+        ry_contact_close_list(s->contact, g, s->pairs);
+    }
     ry_places_change(s->places, s->pairs);
     ry_motion_settle(m, g);
     m->highest_asleep = -INFINITY;
