@@ -106,12 +106,11 @@ RY_INLINE size_t drop_still(const uint8_t *still, int32_t *j, size_t n)
     return kept;
 }
 
-/* Of the n that are near grain k. */
+/* The n that are near grain k. */
 RY_INLINE void sort_partners(const ry_find_task *t, int32_t k, size_t n, struct ry_found *found)
 {
     const int32_t *const id = t->grains->id;
     size_t below = 0;
-    n = t->neighbor->still[k] ? drop_still(t->neighbor->still, found->near, n) : n;
     ry_sort_by_id(found->near, n, id);
     while (below < n && id[found->near[below]] < id[k]) {
         below++;
@@ -189,7 +188,7 @@ RY_WIDE static inline size_t put_keys(__m512i keys, __m512i own, int32_t *near)
 RY_WIDE static inline void sort_partners_wide(const ry_find_task *t, int32_t k, size_t n, struct ry_found *found)
 {
     const int32_t *const id = t->grains->id;
-    if (n == 0 || n > 16 || t->neighbor->still[k]) {
+    if (n == 0 || n > 16) {
         sort_partners(t, k, n, found);
         return;
     }
@@ -227,6 +226,7 @@ RY_INLINE ry_status find_of_grain(const ry_find_task *t, const ry_seen *seen, in
         }
         n += (wide ? near_in_run_wide : near_in_run)(b, seen, k, begin + k, from, to, found->near + n);
     }
+    n = b->still[begin + k] ? drop_still(b->still, found->near, n) : n;
     (wide ? sort_partners_wide : sort_partners)(t, begin + k, n, found);
     return RY_OK;
 }
