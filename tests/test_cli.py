@@ -74,6 +74,8 @@ class Cli(unittest.TestCase):
         self.refuses(4, "run", "nowhere.yaml", says=["nowhere.yaml"])
         self.refuses(4, "info", "nowhere.h5", says=["nowhere.h5"])
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["scene.yaml"])
+        (self.folder / "going.h5.part").touch()
+        self.refuses(4, "info", "going.h5", says=["ryusa info going.h5.part"])
 
     def test_run(self):
         r = self.run_program("run", "scene.yaml")

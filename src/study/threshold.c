@@ -135,7 +135,7 @@ static ry_status follow(course *c, double duration, watch *w, int *verdict, doub
             }
         }
     }
-    return RY_OK;
+    return ry_sim_check(c->sim, error); /* the last steps, too */
 }
 
 /* The bed as the trial finds it: settled, pushed, and, from rest, at rest again. */

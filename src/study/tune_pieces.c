@@ -10,6 +10,7 @@
 #include "analysis/spectrum.h"
 #include "analysis/statistics.h"
 #include "base/memory.h"
+#include "sim/sim.h"
 #include "study/tune_private.h"
 
 /* The flux is looked at when this time has passed since the boost, then at times this factor apart. */
@@ -239,6 +240,9 @@ ry_status ry_tune_piece_run(ry_tune_piece *piece, ry_tune_stop *stop, void *data
     if (status == RY_OK) {
         status = piece->kind == RY_TUNE_SETTLE ? settle(piece, sim, stop, data, &own)
                                                : flux(piece, sim, stop, data, &own);
+    }
+    if (status == RY_OK) {
+        status = ry_sim_check(sim, &own); /* the last steps, too */
     }
     ry_sim_free(sim);
     piece->done = status == RY_OK;
