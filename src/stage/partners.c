@@ -22,6 +22,9 @@ typedef struct ry_find_task {
     int failed;
 } ry_find_task;
 
+/* Sixteen numbers, in a register where there are such. */
+typedef int32_t ry_sixteen __attribute__((vector_size(16 * sizeof(int32_t))));
+
 /* Adds to a thread's part of an array; writes eight at a time. */
 RY_INLINE void add_part(struct ry_part *part, const int32_t *j, size_t n)
 {
@@ -32,7 +35,20 @@ RY_INLINE void add_part(struct ry_part *part, const int32_t *j, size_t n)
     } else {
         part->full = 1;
     }
-    part->n += n;
+}
+
+RY_INLINE int has_room(const struct ry_part *part)
+{
+    return part->n + RY_SPARE <= part->room;
+}
+
+/* Grain k has n partners, `below` of them of lower id. */
+RY_INLINE void count_partners(const ry_find_task *t, int32_t k, size_t below, size_t n, struct ry_found *found)
+{
+    found->below.n += below;
+    found->above.n += n - below;
+    t->pairs->below_start[k] = (int32_t)below;
+    t->pairs->row[k] = (int32_t)(n - below);
 }
 
 /* Partners of grain k in ascending id, the first `below` of lower id. */
@@ -41,9 +57,15 @@ RY_INLINE void put_partners(const ry_find_task *t, int32_t k, const int32_t *nea
 {
     add_part(&found->below, near, below);
     add_part(&found->above, near + below, n - below);
-    t->pairs->below_start[k] = (int32_t)below;
-    t->pairs->row[k] = (int32_t)(n - below);
+    count_partners(t, k, below, n, found);
 }
+
+/* Who is near a grain. */
+typedef struct ry_partners {
+    int32_t *near;
+    size_t n;
+    ry_sixteen few; /* the first sixteen of them once more, where as many are looked at at once */
+} ry_partners;
 
 /* ---- four at a time ------------------------------------------------------------------------- */
 
@@ -72,11 +94,11 @@ RY_INLINE size_t append_chosen(const int32_t *four, unsigned bits, int32_t *out)
 }
 
 /* Appends the members from .. to-1 that are near grain k of those seen but are not itself, grain `own`. */
-RY_INLINE size_t near_in_run(const ry_neighbor *b, const ry_seen *seen, int32_t k, int32_t own, int32_t from,
-                             int32_t to, int32_t *out)
+RY_INLINE void near_in_run(const ry_neighbor *b, const ry_seen *seen, int32_t k, int32_t own, int32_t from,
+                           int32_t to, ry_partners *out)
 {
     const float unit_x = b->raster.x, unit_z = b->raster.z, reach = seen->reach[k];
-    size_t n = 0;
+    size_t n = out->n;
     for (int32_t m = from; m < to; m += 4) {
         ry_whole x, z;
         ry_quad j;
@@ -90,44 +112,47 @@ RY_INLINE size_t near_in_run(const ry_neighbor *b, const ry_seen *seen, int32_t 
         far += reach;
         const ry_quad bits = (ry_quad)(dx * dx + dz * dz < far * far) & (ry_quad)(j != own) & (ry_quad){1, 2, 4, 8};
         const unsigned there = to - m < 4 ? (1u << (to - m)) - 1 : 15;
-        n += append_chosen(b->member + m, (unsigned)(bits[0] | bits[1] | bits[2] | bits[3]) & there, out + n);
+        n += append_chosen(b->member + m, (unsigned)(bits[0] | bits[1] | bits[2] | bits[3]) & there, out->near + n);
     }
-    return n;
+    out->n = n;
 }
 
 /* Two that are still make no pair. */
-RY_INLINE size_t drop_still(const uint8_t *still, int32_t *j, size_t n)
+RY_INLINE void drop_still(const uint8_t *still, ry_partners *out)
 {
-    size_t kept = 0;
+    const size_t n = out->n;
+    out->n = 0;
     for (size_t p = 0; p < n; p++) {
-        j[kept] = j[p];
-        kept += !still[j[p]];
+        const int32_t j = out->near[p];
+        out->near[out->n] = j;
+        out->n += !still[j];
     }
-    return kept;
+    memcpy(&out->few, out->near, sizeof out->few);
 }
 
-/* The n that are near grain k. */
-RY_INLINE void sort_partners(const ry_find_task *t, int32_t k, size_t n, struct ry_found *found)
+RY_INLINE void sort_partners(const ry_find_task *t, int32_t k, const ry_partners *out, struct ry_found *found)
 {
     const int32_t *const id = t->grains->id;
     size_t below = 0;
-    ry_sort_by_id(found->near, n, id);
-    while (below < n && id[found->near[below]] < id[k]) {
+    ry_sort_by_id(out->near, out->n, id);
+    while (below < out->n && id[out->near[below]] < id[k]) {
         below++;
     }
-    put_partners(t, k, found->near, below, n, found);
+    put_partners(t, k, out->near, below, out->n, found);
 }
 
 /* ---- sixteen at a time ---------------------------------------------------------------------- */
 
 #if RY_INTRINSICS
-RY_WIDE static inline size_t near_in_run_wide(const ry_neighbor *b, const ry_seen *seen, int32_t k, int32_t own,
-                                              int32_t from, int32_t to, int32_t *out)
+/* What has just been stored in parts is loaded as a whole only when all of it has left the processor: so the first
+ * sixteen stay in a register. */
+RY_WIDE static inline void near_in_run_wide(const ry_neighbor *b, const ry_seen *seen, int32_t k, int32_t own,
+                                            int32_t from, int32_t to, ry_partners *out)
 {
     const __m512i at_x = _mm512_set1_epi32((int32_t)seen->x[k]), at_z = _mm512_set1_epi32((int32_t)seen->z[k]);
     const __m512 unit_x = _mm512_set1_ps(b->raster.x), unit_z = _mm512_set1_ps(b->raster.z);
     const __m512 reach = _mm512_set1_ps(seen->reach[k]);
-    size_t n = 0;
+    size_t n = out->n;
     for (int32_t m = from; m < to; m += 16) {
         const __mmask16 there = to - m < 16 ? (__mmask16)((1u << (to - m)) - 1) : 0xffff;
         const __m512i x = _mm512_sub_epi32(_mm512_loadu_si512(b->member_x + m), at_x);
@@ -139,16 +164,19 @@ RY_WIDE static inline size_t near_in_run_wide(const ry_neighbor *b, const ry_see
         const __m512i j = _mm512_loadu_si512(b->member + m);
         const __mmask16 other = _mm512_mask_cmpneq_epi32_mask(there, j, _mm512_set1_epi32(own));
         const __mmask16 near = _mm512_mask_cmp_ps_mask(other, way2, _mm512_mul_ps(far, far), _CMP_LT_OQ);
-        _mm512_storeu_si512(out + n, _mm512_maskz_compress_epi32(near, j));
+        const __m512i those = _mm512_maskz_compress_epi32(near, j);
+        const __mmask16 behind = (__mmask16)(n < 16 ? 0xffffu << n : 0);
+        out->few = (ry_sixteen)_mm512_mask_expand_epi32((__m512i)out->few, behind, those);
+        _mm512_storeu_si512(out->near + n, those);
         n += (size_t)__builtin_popcount(near);
     }
-    return n;
+    out->n = n;
 }
 
-/* Eight of those that are near: ids in the upper halves, places in the lower ones; who is not there comes last. */
-RY_WIDE static inline __m512i keys_of(const int32_t *id, const int32_t *near, size_t n)
+/* Ids in the upper halves, places in the lower ones; who is not there, of eight, comes last. */
+RY_WIDE static inline __m512i keys_of(const int32_t *id, __m256i j, size_t n)
 {
-    const __m256i j = _mm256_loadu_si256((const __m256i *)near), none = _mm256_set1_epi32(INT32_MAX);
+    const __m256i none = _mm256_set1_epi32(INT32_MAX);
     const __mmask8 there = (__mmask8)(n < 8 ? (1u << n) - 1 : 0xff);
     const __m256i ids = _mm256_mmask_i32gather_epi32(none, there, j, id, 4);
     return _mm512_or_si512(_mm512_slli_epi64(_mm512_cvtepi32_epi64(ids), 32), _mm512_cvtepu32_epi64(j));
@@ -178,32 +206,47 @@ RY_WIDE static inline __m512i sort_eight(__m512i v)
     return merge_eight(v);
 }
 
-/* Returns how many are less than `own`. */
-RY_WIDE static inline size_t put_keys(__m512i keys, __m512i own, int32_t *near)
+RY_WIDE static inline size_t count_below(__m512i keys, __m512i own)
 {
-    _mm256_storeu_si256((__m256i *)near, _mm512_cvtepi64_epi32(keys));
     return (size_t)__builtin_popcount(_mm512_cmplt_epu64_mask(keys, own));
 }
 
-RY_WIDE static inline void sort_partners_wide(const ry_find_task *t, int32_t k, size_t n, struct ry_found *found)
+/* Up to eight, the first `below` of lower id. */
+RY_WIDE static inline void put_eight(const ry_find_task *t, int32_t k, __m256i near, size_t below, size_t n,
+                                     struct ry_found *found)
+{
+    const __mmask8 later = (__mmask8)(0xffu << below);
+    if (has_room(&found->below) && has_room(&found->above)) {
+        _mm256_storeu_si256((__m256i *)(found->below.j + found->below.n), near);
+        _mm256_storeu_si256((__m256i *)(found->above.j + found->above.n), _mm256_maskz_compress_epi32(later, near));
+    } else {
+        found->below.full = found->above.full = 1;
+    }
+    count_partners(t, k, below, n, found);
+}
+
+RY_WIDE static inline void sort_partners_wide(const ry_find_task *t, int32_t k, const ry_partners *out,
+                                              struct ry_found *found)
 {
     const int32_t *const id = t->grains->id;
-    if (n == 0 || n > 16) {
-        sort_partners(t, k, n, found);
+    const size_t n = out->n;
+    if (n > 16) {
+        sort_partners(t, k, out, found);
         return;
     }
     const __m512i own = _mm512_set1_epi64((int64_t)id[k] << 32); /* ids are positive */
-    __m512i low = sort_eight(keys_of(id, found->near, n));
-    int32_t near[16 + RY_SPARE];
-    size_t below = 0;
-    if (n > 8) {
-        const __m512i high = sort_eight(keys_of(id, found->near + 8, n - 8));
-        const __m512i back = _mm512_permutexvar_epi64(_mm512_setr_epi64(7, 6, 5, 4, 3, 2, 1, 0), high);
-        below = put_keys(merge_eight(_mm512_max_epu64(low, back)), own, near + 8);
-        low = merge_eight(_mm512_min_epu64(low, back));
+    const __m512i low = sort_eight(keys_of(id, _mm512_castsi512_si256((__m512i)out->few), n));
+    if (n <= 8) {
+        put_eight(t, k, _mm512_cvtepi64_epi32(low), count_below(low, own), n, found);
+        return;
     }
-    below += put_keys(low, own, near);
-    put_partners(t, k, near, below, n, found);
+    const __m512i high = sort_eight(keys_of(id, _mm512_extracti64x4_epi64((__m512i)out->few, 1), n - 8));
+    const __m512i back = _mm512_permutexvar_epi64(_mm512_setr_epi64(7, 6, 5, 4, 3, 2, 1, 0), high);
+    const __m512i first = merge_eight(_mm512_min_epu64(low, back)), rest = merge_eight(_mm512_max_epu64(low, back));
+    int32_t near[16 + RY_SPARE];
+    _mm256_storeu_si256((__m256i *)near, _mm512_cvtepi64_epi32(first));
+    _mm256_storeu_si256((__m256i *)(near + 8), _mm512_cvtepi64_epi32(rest));
+    put_partners(t, k, near, count_below(first, own) + count_below(rest, own), n, found);
 }
 #else
 #define near_in_run_wide near_in_run
@@ -216,18 +259,21 @@ RY_INLINE ry_status find_of_grain(const ry_find_task *t, const ry_seen *seen, in
                                   struct ry_found *found, const int wide)
 {
     const ry_neighbor *const b = t->neighbor;
-    size_t n = 0;
+    ry_partners out = {.near = found->near};
     for (int32_t c = seen->first[k]; c <= seen->last[k] && seen->low[k] <= seen->high[k]; c++) {
         const int32_t *const start = b->cell_start + ry_grid_column(&b->grid, c);
         const int32_t from = start[seen->low[k]], to = start[seen->high[k] + 1];
-        const size_t most = n + (size_t)(to - from) + RY_SPARE;
+        const size_t most = out.n + (size_t)(to - from) + RY_SPARE;
         if (most > found->room) {
-            RY_TRY(ry_array_grow(&found->near, &found->room, n, most, sizeof *found->near, NULL));
+            RY_TRY(ry_array_grow(&found->near, &found->room, out.n, most, sizeof *found->near, NULL));
+            out.near = found->near;
         }
-        n += (wide ? near_in_run_wide : near_in_run)(b, seen, k, begin + k, from, to, found->near + n);
+        (wide ? near_in_run_wide : near_in_run)(b, seen, k, begin + k, from, to, &out);
     }
-    n = b->still[begin + k] ? drop_still(b->still, found->near, n) : n;
-    (wide ? sort_partners_wide : sort_partners)(t, begin + k, n, found);
+    if (b->still[begin + k] && out.n > 0) {
+        drop_still(b->still, &out);
+    }
+    (wide ? sort_partners_wide : sort_partners)(t, begin + k, &out, found);
     return RY_OK;
 }
 
