@@ -52,6 +52,7 @@ class Bench(unittest.TestCase):
         self.refuses(2, says="which bench")
         self.refuses(2, "beauty", says="accuracy, stability, speed")
         self.refuses(2, "stability", "speed", says="one bench")
+        self.refuses(2, "speed", "-l", "tanaka", says="cundall and energy")
         self.refuses(2, "stability", "--law", "newton", says="cundall-tension")
         self.refuses(2, "stability", "-j", "0", says="-j 0")
         self.refuses(2, "stability", "-o", "", says="name")

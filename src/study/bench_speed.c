@@ -246,19 +246,23 @@ static ry_status run_rows(study *s, ry_error *error)
     return RY_OK;
 }
 
-static void lay_rows(study *s)
+static ry_status lay_rows(study *s, ry_error *error)
 {
     const int n_sizes = s->run->options->quick ? QUICK_SIZES : SIZES;
-    for (int size = 0; size < n_sizes; size++) {
-        for (int k = 0; k < LAWS * SCENES * MOST_THREADS; k++) {
+    for (int k = 0; k < n_sizes * LAWS * SCENES * MOST_THREADS; k++) {
+        const int size = k / (LAWS * SCENES * MOST_THREADS), law = k / MOST_THREADS % LAWS;
+        if (ry_bench_has_law(s->run, (int)laws[law])) {
             s->rows[s->n++] = (row){.n = sizes[size].columns * sizes[size].layers * sizes[size].tiles,
                                     .size = size,
-                                    .sheared = k / (LAWS * MOST_THREADS),
-                                    .law = k / MOST_THREADS % LAWS,
+                                    .sheared = k / (LAWS * MOST_THREADS) % SCENES,
+                                    .law = law,
                                     .threads = k % MOST_THREADS + 1};
         }
     }
     s->run->n = s->n;
+    return s->n > 0 ? RY_OK
+                    : ry_fail(error, RY_BAD_INPUT, "bench speed: -l: the laws whose speed is measured are %s and %s",
+                              ry_bench_law[laws[0]], ry_bench_law[laws[1]]);
 }
 
 /* --- what is written ---------------------------------------------------------------------------- */
@@ -361,7 +365,7 @@ ry_status ry_bench_speed(ry_bench_run *run, ry_error *error)
 {
     const ry_machine machine = ry_machine_describe();
     study s = {.run = run};
-    lay_rows(&s);
+    RY_TRY(lay_rows(&s, error));
     say_head(&s, &machine);
     RY_TRY(run_rows(&s, error));
     say_ratios(&s);

@@ -180,7 +180,7 @@ def parse():
     parser.add_argument("--ryusa", default=str(ROOT / "build/ryusa"))
     parser.add_argument("--lammps", default="lmp", help="another binary of LAMMPS")
     parser.add_argument("--csv", default="bench-peers.csv", help="file for the numbers")
-    parser.add_argument("--minutes", type=float, default=10.0, help="two turns at least; no program is begun later")
+    parser.add_argument("--minutes", type=float, default=20.0, help="two turns at least; no program is begun later")
     parser.add_argument("--quick", action="store_true", help="50 and 1 000 grains, one short turn")
     parser.add_argument("--grains", type=int, nargs="+", choices=SIZES, help="these sizes only")
     parser.add_argument("--scene", nargs="+", choices=SCENES, default=SCENES)
