@@ -58,9 +58,7 @@ def make(result, path):
     axes.plot(*thin(series.time, series.value), color="#BBBBBB", lw=0.6, label="all grains at an instant", zorder=1)
     settle = float(result.parameter("time.settle", 0.0) or 0.0)
     if result.has_fluid and 0.0 < settle < series.time[-1]:
-        axes.axvspan(0.0, settle, color="#F2F2F2", lw=0, zorder=0)
-        axes.text(0.5 * settle, 0.98, "fluid still", transform=axes.get_xaxis_transform(), rotation=90, va="top", ha="center",
-                  color=picture.GREY, fontsize=8)
+        axes.axvspan(0.0, settle, color="#E4E4E4", lw=0, zorder=0, label="fluid still")
     if flux:
         draw_mean(axes, series, flux)
     axes.set_xlim(series.time[0], series.time[-1] if len(series.time) > 1 else None)
@@ -70,7 +68,7 @@ def make(result, path):
     axes.set_xlabel("time (s)")
     axes.set_ylabel(r"sediment flux  $q^* = q_b\,/\sqrt{(s-1)\,g\,d^3}$")
     axes.set_title(heading(result, flux), loc="left")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncol=3)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncol=4)
     return picture.save(figure, path)
 
 

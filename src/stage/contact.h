@@ -17,7 +17,7 @@ enum {
     RY_CONTACT_FRICTION = 1, /* tangential force */
     RY_CONTACT_SIZES = 2,    /* grains of different mass: coefficients are made per pair */
     RY_CONTACT_LEDGER = 4,   /* losses are booked, those of impacts by stage/ledger.c */
-    RY_CONTACT_KEPT = 8,   /* which are kept (ry_pairs): with SIZES only */
+    RY_CONTACT_KEPT = 8,     /* which are kept (ry_pairs): with SIZES only */
     RY_CONTACT_STAMPS = 16
 };
 
