@@ -167,6 +167,9 @@ class Cluster:
                 pass
 
 
+GOING = ("PENDING", "CONFIGURING", "RUNNING", "COMPLETING", "REQUEUED", None)  # None: no answer
+
+
 class Array(unittest.TestCase):
     def setUp(self):
         self.folder = FOLDER / "work"
@@ -251,14 +254,14 @@ class Array(unittest.TestCase):
         self.assertFalse((self.folder / "s.h5").exists())
         for task in tasks.values():  # now, not in two minutes
             self.tell("scontrol", "update", f"JobId={task}", "StartTime=now")
-        self.wait_for("both to end", lambda: not CLUSTER.run("squeue", "--noheader").stdout.strip())
-        self.wait_for("the table", (self.folder / "s.h5").exists, 5)
-        for case, task in tasks.items():
-            self.assertEqual(self.state(task).get("JobState"), "COMPLETED", self.logs())
+        for task in tasks.values():
+            self.wait_for(f"{task} to end", lambda: self.state(task).get("JobState") not in GOING)
+            self.assertEqual(self.state(task).get("JobState"), "COMPLETED", f"{self.state(task)}\n{self.logs()}")
+        self.wait_for("the table", (self.folder / "s.h5").exists)
+        for case in tasks:
             with h5py.File(self.folder / f"s.d/{case}.h5") as file:
                 self.assertEqual(file.attrs["seen"], 1, f"{case} was begun anew")
         self.assert_like_plain()
-
 
     def test_srun(self):
         """srun starts the processes of one farm, which speak MPI."""
