@@ -72,7 +72,7 @@ build native -DRY_TESTS=OFF -DRY_NATIVE=ON
 compare native
 build checked -DRY_TESTS=ON -DCMAKE_BUILD_TYPE=Debug -DRY_SANITIZE=address
 compare checked
-if ! ctest --test-dir "$folder/checked" --no-tests=error --output-on-failure -L '^c$' -LE slow \
+if ! ctest --test-dir "$folder/checked" --no-tests=error --output-on-failure --parallel 2 -L '^c$' -LE slow \
     >"$folder/checked.tests" 2>&1; then
     cat "$folder/checked.tests"
     failed=1
