@@ -3,7 +3,7 @@
  *
  * The same bits whatever the number of threads, the reach of the neighbour list, the order in memory,
  * looking on, and stopping and going on; and from one version to the next (golden hashes).
- * ctest: timeout 200 */
+ * ctest: timeout 600 */
 #include "save_bench.h"
 
 /* ---- golden hashes -------------------------------------------------------------------------------- */

@@ -4,7 +4,7 @@
 """params/sweep.slurm on a real Slurm: a cluster of one node, with all that it has in a temporary folder and
 on free ports of the loopback; nothing of an installed Slurm is touched, and no daemon stays behind. An array
 of two tasks; one is asked to stop, one is requeued by force: both go on, to the table of a plain sweep.
-ctest: timeout 300"""
+ctest: serial, timeout 300"""
 import ctypes
 import os
 import shutil
