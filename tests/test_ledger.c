@@ -217,8 +217,9 @@ static void test_any_list(void **state)
     for (size_t k = 0; k < sizeof skins / sizeof *skins; k++) {
         scene *const s = open_file("flume.yaml", 1,
                                    "grains.columns=90 grains.layers=14 grains.seed=64 grains.spread=0 "
-                                   "contact.law=fujioka-2 contact.restitution=0.5 contact.friction=0.3 fluid.model=log fluid.shields=0.1 "
-                                   "time.settle=0.003 domain.floor=flat output.fields=energy %s", skins[k]);
+                                   "contact.law=fujioka-2 contact.restitution=0.5 contact.friction=0.3 "
+                                   "fluid.model=log fluid.shields=0.1 time.settle=0.003 domain.floor=flat "
+                                   "output.fields=energy %s", skins[k]);
         step_scene(s, 1500);
         const ry_sample end = ry_sim_sample(s->sim);
         first = k == 0 ? end : first;

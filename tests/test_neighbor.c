@@ -87,7 +87,7 @@ static int count_slots(const cloud *c, int i, int j)
     return found;
 }
 
-/* The list takes a little more than the square of the way that may be gone. */
+/* The list takes a little more than the square of the way that may be gone, which is a single (24 bits). */
 static double skin_of(const cloud *c, int i)
 {
     return sqrt((double)c->neighbor.limit2[i] / 0.999);

@@ -277,7 +277,7 @@ static void test_flow_wakes(void **state)
         assert_true(asleep(s) > 0.95);
         assert_true(ry_sim_sample(s->sim).q_star < 0.01);
         if (grows) {
-            ry_sim_set_stress(s->sim, 30.0 * s->sim->plan.derived.shear_stress);
+            ry_sim_set_stress(s->sim, 50.0 * s->sim->plan.derived.shear_stress);
         }
         run_until(s, 0.5);
         assert_true(asleep(s) < 0.9);

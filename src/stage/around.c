@@ -7,17 +7,16 @@
 #include "base/memory.h"
 #include "stage/neighbor_private.h"
 
-void ry_neighbor_look(ry_neighbor *b, const ry_grains *g)
+double ry_neighbor_strayed(const ry_neighbor *b, const ry_grains *g)
 {
     const double half = b->periodic ? 0.5 * b->length : INFINITY;
     double most2 = 0.0;
     for (int32_t k = 0; k < g->n; k++) {
-        double dx = g->x[k] - b->x0[k];
-        dx -= dx > half ? b->length : (dx < -half ? -b->length : 0.0);
+        const double dx = ry_nearest(g->x[k] - b->x0[k], b->length, half);
         const double dz = g->z[k] - b->z0[k], way2 = dx * dx + dz * dz;
         most2 = way2 > most2 ? way2 : most2;
     }
-    b->strayed = sqrt(most2);
+    return sqrt(most2);
 }
 
 /* Appends those of the members from .. to-1 that are near k. */
@@ -27,8 +26,7 @@ static size_t near_in_run(const ry_neighbor *b, const ry_grains *g, int32_t k, i
     const double half = b->periodic ? 0.5 * b->length : INFINITY;
     for (int32_t m = from; m < to; m++) {
         const int32_t j = b->member[m];
-        double dx = g->x[j] - g->x[k];
-        dx -= dx > half ? b->length : (dx < -half ? -b->length : 0.0);
+        const double dx = ry_nearest(g->x[j] - g->x[k], b->length, half);
         const double dz = g->z[j] - g->z[k], far = g->radius[j] + g->radius[k] + gap;
         out[n] = j;
         n += dx * dx + dz * dz < far * far;
@@ -36,11 +34,11 @@ static size_t near_in_run(const ry_neighbor *b, const ry_grains *g, int32_t k, i
     return n;
 }
 
-ry_status ry_neighbor_around(ry_neighbor *b, const ry_grains *g, int32_t k, double gap, const int32_t **near,
-                             int32_t *n_near, ry_error *error)
+ry_status ry_neighbor_around(ry_neighbor *b, const ry_grains *g, int32_t k, double gap, double strayed,
+                             const int32_t **near, int32_t *n_near, ry_error *error)
 {
     struct ry_found *const found = &b->found[0];
-    const double reach = ry_neighbor_safe(b, g->radius[k] + b->radius_max + gap + b->strayed);
+    const double reach = ry_neighbor_safe(b, g->radius[k] + b->radius_max + gap + strayed);
     const ry_window in = ry_grid_window(&b->grid, b->periodic, g->x[k], g->z[k], reach);
     size_t n = 0;
     for (int32_t c = in.first; c <= in.last && in.low <= in.high; c++) {

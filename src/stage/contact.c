@@ -21,7 +21,7 @@ ry_gap ry_contact_gap(const ry_contact *c, const ry_grains *g, const ry_pairs *p
         return ry_contact_wall_gap(c, c->wall[j - g->n], g->x[i], g->z[i]);
     }
     ry_gap gap;
-    gap.dx = ry_contact_nearest(g->x[j] - g->x[i], c->length, c->half);
+    gap.dx = ry_nearest(g->x[j] - g->x[i], c->length, c->half);
     gap.dz = g->z[j] - g->z[i];
     gap.distance = sqrt(gap.dx * gap.dx + gap.dz * gap.dz);
     return gap;

@@ -143,11 +143,11 @@ void ry_contact_push_young(const ry_contact *contact, const ry_grains *grains, r
                            int32_t end, int chunk);
 void ry_contact_end(const ry_contact *contact, ry_pairs *pairs);
 
-/* Books what is left of the last step, which the next would do in passing: before somebody reads the ledger or the
- * list is made anew. Makes no difference to any later bit. */
+/* Books what is left of the last step, which the next would do in passing: before somebody reads the ledger, or
+ * the velocities change between steps. Makes no difference to any later bit. */
 void ry_contact_close(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
 
-/* The same at the beginning of a step in which the list is made anew: also books what contacts hold that have parted,
+/* The same before the list is made anew, with the grains where they are then: also books what contacts hold that have parted,
  * for they may have gone so far that they are not listed any more. */
 void ry_contact_close_list(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
 
@@ -160,12 +160,6 @@ typedef struct ry_contact_sums {
 typedef struct ry_gap {
     double dx, dz, distance;
 } ry_gap;
-
-/* dx, or the nearest of its periodic images. */
-RY_INLINE double ry_contact_nearest(double dx, double length, double half)
-{
-    return dx > half ? dx - length : (dx < -half ? dx + length : dx);
-}
 
 /* Coefficients of a pair. */
 ry_bond ry_contact_bond(const ry_contact *contact, const ry_pairs *pairs, int32_t pair);

@@ -76,7 +76,7 @@ RY_INLINE void fetch_body(const ry_contact *c, ry_near *near, const int wide, co
     int opens = 0, young = 0;
 #pragma omp simd reduction(| : opens, young)
     for (int32_t k = 0; k < n; k++) {
-        const double dx = ry_contact_nearest(near->dx[k], length, half), dz = near->dz[k];
+        const double dx = ry_nearest(near->dx[k], length, half), dz = near->dz[k];
         const double distance = sqrt(dx * dx + dz * dz), age = near->age[k];
         const int touches = distance < near->radii[k];
         near->dx[k] = dx;

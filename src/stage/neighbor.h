@@ -57,7 +57,6 @@ typedef struct ry_neighbor {
     const int32_t *was;   /* where each grain lay in memory when the list was made; NULL: where it lies now */
     double *x0, *z0; /* where the grains were at the last rebuild; x0 wraps with x [m] */
     float *limit2;   /* square of how far each may go from there [m^2] */
-    double strayed;  /* how far the furthest had gone at the last ry_neighbor_look [m] */
 
     /* scratch of a rebuild */
     ry_grid grid;
@@ -86,6 +85,12 @@ typedef struct ry_neighbor {
 ry_status ry_neighbor_create(ry_neighbor *neighbor, const ry_grains *grains, int threads, ry_error *error);
 void ry_neighbor_free(ry_neighbor *neighbor);
 
+/* dx, or the nearest of its periodic images; half = length/2, infinite where x is not periodic [m]. */
+RY_INLINE double ry_nearest(double dx, double length, double half)
+{
+    return dx > half ? dx - length : (dx < -half ? dx + length : dx);
+}
+
 /* Storage indices in ascending id. */
 RY_INLINE void ry_sort_by_id(int32_t *j, size_t n, const int32_t *id)
 {
@@ -99,12 +104,12 @@ RY_INLINE void ry_sort_by_id(int32_t *j, size_t n, const int32_t *id)
     }
 }
 
-/* Finds how far grains have gone since the last rebuild, in whose grid ry_neighbor_around looks. */
-void ry_neighbor_look(ry_neighbor *neighbor, const ry_grains *grains);
+/* How far the furthest grain has gone since the last rebuild, in whose grid ry_neighbor_around looks [m]. */
+double ry_neighbor_strayed(const ry_neighbor *neighbor, const ry_grains *grains);
 
 /* Grains (k among them) whose surface is nearer than `gap` to that of grain k, in ascending id, as they lie now; `gap`
- * any. No grain has moved since ry_neighbor_look. The *n grains are in *near until the next call. */
-ry_status ry_neighbor_around(ry_neighbor *neighbor, const ry_grains *grains, int32_t k, double gap,
+ * any, `strayed` as above [m]. The *n grains are in *near until the next call. */
+ry_status ry_neighbor_around(ry_neighbor *neighbor, const ry_grains *grains, int32_t k, double gap, double strayed,
                              const int32_t **near, int32_t *n, ry_error *error);
 
 /* Makes the list anew; the memory of contacts goes along. */

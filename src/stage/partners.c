@@ -25,21 +25,22 @@ typedef struct ry_find_task {
 /* Sixteen numbers, in a register where there are such. */
 typedef int32_t ry_sixteen __attribute__((vector_size(16 * sizeof(int32_t))));
 
-/* Adds to a thread's part of an array; writes eight at a time. */
+/* Partners are written eight and more at a time. */
+RY_INLINE int has_room(const struct ry_part *part, size_t n)
+{
+    return part->n + n + RY_SPARE <= part->room;
+}
+
+/* Adds to a thread's part of an array. */
 RY_INLINE void add_part(struct ry_part *part, const int32_t *j, size_t n)
 {
-    if (part->n + n + RY_SPARE <= part->room) {
+    if (has_room(part, n)) {
         for (size_t p = 0; p < n; p += 8) {
             memcpy(part->j + part->n + p, j + p, 8 * sizeof *j);
         }
     } else {
         part->full = 1;
     }
-}
-
-RY_INLINE int has_room(const struct ry_part *part)
-{
-    return part->n + RY_SPARE <= part->room;
 }
 
 /* Grain k has n partners, `below` of them of lower id. */
@@ -216,7 +217,7 @@ RY_WIDE static inline void put_eight(const ry_find_task *t, int32_t k, __m256i n
                                      struct ry_found *found)
 {
     const __mmask8 later = (__mmask8)(0xffu << below);
-    if (has_room(&found->below) && has_room(&found->above)) {
+    if (has_room(&found->below, n) && has_room(&found->above, n)) {
         _mm256_storeu_si256((__m256i *)(found->below.j + found->below.n), near);
         _mm256_storeu_si256((__m256i *)(found->above.j + found->above.n), _mm256_maskz_compress_epi32(later, near));
     } else {

@@ -248,11 +248,11 @@ static ry_status reform(ry_sleep *s, ry_error *error)
 static ry_status wake(ry_sleep *s, ry_error *error)
 {
     const int32_t first = s->n_woken;
-    ry_neighbor_look(s->neighbor, &s->state->grains);
+    const double strayed = ry_neighbor_strayed(s->neighbor, &s->state->grains);
     for (int32_t w = 0; w < first; w++) {
         const int32_t *near;
         int32_t n;
-        RY_TRY(ry_neighbor_around(s->neighbor, &s->state->grains, s->woken[w], s->around, &near, &n, error));
+        RY_TRY(ry_neighbor_around(s->neighbor, &s->state->grains, s->woken[w], s->around, strayed, &near, &n, error));
         for (int32_t m = 0; m < n; m++) {
             add_woken(s, near[m]);
         }
@@ -272,7 +272,7 @@ static int rests(const ry_sleep *s, int32_t k)
 {
     const ry_grains *const g = &s->state->grains;
     const ry_sleepers *const q = &s->state->sleepers;
-    const double dx = ry_contact_nearest(g->x[k] - q->from_x[k], s->contact->length, s->contact->half);
+    const double dx = ry_nearest(g->x[k] - q->from_x[k], s->contact->length, s->contact->half);
     const double dz = g->z[k] - q->from_z[k], v2 = g->vx[k] * g->vx[k] + g->vz[k] * g->vz[k];
     return dx * dx + dz * dz < s->still * s->still && v2 < s->slow2 && ry_contact_count(s->contact, s->pairs, k) > 1;
 }
@@ -300,12 +300,13 @@ static double load_of(const ry_sleep *s, int32_t k)
 }
 
 /* Grain k may fall asleep: everybody around is quiet. Fills the mean load there. */
-static ry_status ask_neighbours(ry_sleep *s, int32_t k, int *all_quiet, double *load, ry_error *error)
+static ry_status ask_neighbours(ry_sleep *s, int32_t k, double strayed, int *all_quiet, double *load,
+                                ry_error *error)
 {
     const ry_grains *const g = &s->state->grains;
     const int32_t *near;
     int32_t n;
-    RY_TRY(ry_neighbor_around(s->neighbor, g, k, s->quiet, &near, &n, error));
+    RY_TRY(ry_neighbor_around(s->neighbor, g, k, s->quiet, strayed, &near, &n, error));
     double sum = 0.0;
     int32_t count = 0, quiet = 1;
     for (int32_t m = 0; m < n; m++) {
@@ -378,12 +379,12 @@ static ry_status fall_asleep(ry_sleep *s, int32_t *n_new, ry_error *error)
     const ry_grains *const g = &s->state->grains;
     const ry_sleepers *const q = &s->state->sleepers;
     find_quiet(s);
-    ry_neighbor_look(s->neighbor, g);
+    const double strayed = ry_neighbor_strayed(s->neighbor, g);
     for (int32_t k = 0; k < s->motion->n_awake; k++) {
         int all_quiet = 0;
         double load = 0.0;
         if (s->mark[k] & MARK_QUIET) {
-            RY_TRY(ask_neighbours(s, k, &all_quiet, &load, error));
+            RY_TRY(ask_neighbours(s, k, strayed, &all_quiet, &load, error));
         }
         if (all_quiet) {
             s->mark[k] |= MARK_NEW;
@@ -409,7 +410,9 @@ static ry_status change_sets(ry_sleep *s, int looks, ry_error *error)
 {
     int32_t n_new = 0;
     ry_contact_close(s->contact, &s->state->grains, s->pairs); /* while its grains still move */
-    RY_TRY(wake(s, error));
+    if (s->n_woken > 0) {
+        RY_TRY(wake(s, error));
+    }
     if (looks) {
         RY_TRY(fall_asleep(s, &n_new, error));
     }
