@@ -147,8 +147,8 @@ void ry_contact_end(const ry_contact *contact, ry_pairs *pairs);
  * the velocities change between steps. Makes no difference to any later bit. */
 void ry_contact_close(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
 
-/* The same before the list is made anew, with the grains where they are then: also books what contacts hold that have parted,
- * for they may have gone so far that they are not listed any more. */
+/* The same before the list is made anew, with the grains where they are then: also books what contacts hold that
+ * have parted, for they may have gone so far that they are not listed any more. */
 void ry_contact_close_list(const ry_contact *contact, const ry_grains *grains, ry_pairs *pairs);
 
 /* For measuring. */
