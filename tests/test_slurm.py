@@ -3,7 +3,8 @@
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """params/sweep.slurm on a real Slurm: a cluster of one node, with all that it has in a temporary folder and
 on free ports of the loopback; nothing of an installed Slurm is touched, and no daemon stays behind. An array
-of two tasks; one is asked to stop, one is requeued by force: both go on, to the table of a plain sweep.
+of two tasks; one is asked to stop, one is requeued by force: both go on, to the table of a plain sweep. One
+that is cancelled stays so.
 ctest: serial, timeout 300"""
 import ctypes
 import os
@@ -237,8 +238,8 @@ class Array(unittest.TestCase):
         for key in plain.keys() - {"cases/wall_seconds", "cases/file"}:
             np.testing.assert_array_equal(ours[key], plain[key], key)
 
-    def test_array(self):
-        subprocess.run([PROGRAM, "sweep", "s.yaml", "-q", "-o", "plain.h5"], cwd=self.folder, check=True, env=PLAIN)
+    def begin(self):
+        """The array, when its first cases are half done."""
         out = self.tell("sbatch", "--parsable", "--array=1-2", "--cpus-per-task=1", f"--chdir={self.folder}",
                         f"--export=ALL,RYUSA={PROGRAM}", str(SOURCE / "params/sweep.slurm"), "s.yaml", "s.h5")
         job = out.strip().split(";")[0]
@@ -246,12 +247,18 @@ class Array(unittest.TestCase):
         for case, task in tasks.items():
             self.wait_for(f"{task} to run", lambda: self.state(task).get("JobState") == "RUNNING")
             self.wait_for(f"{case} half done", lambda: self.simulated(case) > 0.0)
+        return tasks
+
+    def test_array(self):
+        subprocess.run([PROGRAM, "sweep", "s.yaml", "-q", "-o", "plain.h5"], cwd=self.folder, check=True, env=PLAIN)
+        tasks = self.begin()
         # Slurm's warning (--signal=B:TERM@120) comes to the shell of the job; a preemption to all it runs.
         self.tell("scancel", "--batch", "--signal=TERM", tasks["case-0001"])
         self.requeued(tasks["case-0001"], "case-0001")
         self.tell("scontrol", "requeue", tasks["case-0002"])
         self.requeued(tasks["case-0002"], "case-0002")
         self.assertFalse((self.folder / "s.h5").exists())
+        time.sleep(2)  # slurmd refuses what is begun in the second in which it was requeued: exit code 1
         for task in tasks.values():  # now, not in two minutes
             self.tell("scontrol", "update", f"JobId={task}", "StartTime=now")
         for task in tasks.values():
@@ -262,6 +269,15 @@ class Array(unittest.TestCase):
             with h5py.File(self.folder / f"s.d/{case}.h5") as file:
                 self.assertEqual(file.attrs["seen"], 1, f"{case} was begun anew")
         self.assert_like_plain()
+
+    def test_cancel(self):
+        tasks = self.begin()
+        self.tell("scancel", *tasks.values())
+        for case, task in tasks.items():
+            self.wait_for(f"{task} to end", lambda: self.state(task).get("JobState") not in GOING and not self.runs(task))
+            self.assertEqual(self.state(task)["JobState"], "CANCELLED", f"{self.state(task)}\n{self.logs()}")
+            self.assertGreater(self.simulated(case), 0.0)
+        self.assertEqual(self.logs().count(", saved; --resume goes on"), 2, self.logs())
 
     def test_srun(self):
         """srun starts the processes of one farm, which speak MPI."""

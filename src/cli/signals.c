@@ -10,10 +10,10 @@
 
 static volatile sig_atomic_t stop_asked;
 
+/* Schedulers send SIGTERM more than once, to a job's processes and through its script. */
 static void ask_to_stop(int signal_number)
 {
-    (void)signal_number;
-    if (stop_asked) {
+    if (stop_asked && signal_number == SIGINT) {
         _exit(RY_STOPPED);
     }
     stop_asked = 1;

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * Ctrl-C, SIGTERM and a lost terminal ask to save and stop; a second one ends the program at once
+ * Ctrl-C, SIGTERM and a lost terminal ask to save and stop; Ctrl-C after that ends the program at once
  * (what was saved last is kept). */
 #ifndef RY_CLI_SIGNALS_H
 #define RY_CLI_SIGNALS_H
