@@ -66,8 +66,12 @@ static ry_status check_pair(const ry_check *check, const disc *a, const disc *b)
     if (a->index == b->index || (p[a->index].fixed && p[b->index].fixed)) {
         return RY_OK;
     }
-    const double overlap =
-        a->radius + b->radius - hypot(a->along - b->along, a->across - b->across);
+    const double along = a->along - b->along, across = a->across - b->across;
+    const double touching = a->radius + b->radius;
+    if (fabs(across) > touching) { /* most */
+        return RY_OK;
+    }
+    const double overlap = touching - hypot(along, across);
     if (!(overlap > tolerance * 2.0 * fmin(a->radius, b->radius))) {
         return RY_OK;
     }

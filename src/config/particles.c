@@ -86,7 +86,7 @@ static ry_status read_particle(const ry_reader *reader, const yaml_node_t *node,
                                ry_particle *grain)
 {
     char path[80];
-    (void)snprintf(path, sizeof path, "particles[%d]", index);
+    const int whole = snprintf(path, sizeof path, "particles[%d]", index);
     if (node->type != YAML_MAPPING_NODE) {
         return FAIL(reader, node, path,
                     "%s stands where a map such as {position: [0, 1 mm]} belongs",
@@ -100,13 +100,14 @@ static ry_status read_particle(const ry_reader *reader, const yaml_node_t *node,
         if (which == AT_COUNT) {
             return unknown(reader, key, path);
         }
-        (void)snprintf(path, sizeof path, "particles[%d].%s", index, names[which]);
+        path[whole] = '.'; /* not printed anew: there are many grains */
+        strcpy(path + whole + 1, names[which]);
         if (seen[which]++) {
             return FAIL(reader, key, path, "stands here for the second time");
         }
         RY_TRY(read_member(reader, yaml_document_get_node(reader->document, pair->value), path,
                            which, grain));
-        (void)snprintf(path, sizeof path, "particles[%d]", index);
+        path[whole] = '\0';
     }
     return seen[AT_POSITION] ? RY_OK : FAIL(reader, node, path, "has no position: [x, z]");
 }

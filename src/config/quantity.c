@@ -233,7 +233,10 @@ int ry_quantity_read(const char *text, const char *unit, double *value, char *pr
         (void)snprintf(problem, size, "'%s' is too long for a quantity", ry_place_quote(text).text);
         return 0;
     }
-    trim(end, rest, sizeof rest);
+    rest[0] = '\0';
+    if (*end != '\0') {
+        trim(end, rest, sizeof rest);
+    }
     *value = to_double(begin);
     if (rest[0] != '\0' && bare) {
         (void)snprintf(problem, size, "'%s' is not a plain number; it takes no unit, write %.*s",
