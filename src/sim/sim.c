@@ -317,6 +317,9 @@ ry_sample ry_sim_sample_of(ry_sim *sim, int energies)
     if (sim->broken) {
         return (ry_sample){0};
     }
+    if (plan->has_fluid && !sim->restored) {
+        ry_flow_find_level(&plan->flow, &sim->state.column);
+    }
     ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, ry_plan_sets(plan));
     ry_contact_sums contacts = {0};
     if (energies) {

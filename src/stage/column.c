@@ -26,8 +26,8 @@ static double longer(const ry_flow *f, const ry_column *c, double still, double 
         const double room = 1.0 - c->phi[k] / RY_FLOW_PHI_MAX;
         return room > 0.0 ? l + RY_FLOW_KAPPA * room * c->dz : l;
     }
-    if (c->u[k] <= still && l > 0.0) {
-        return l; /* what follows, in short */
+    if (c->u[k] <= still) {
+        return l; /* what follows, in short: e^0 is 1 */
     }
     const double u = c->u[k] > still ? c->u[k] - still : 0.0;
     const double seed = l > 0.0 ? l : RY_FLOW_KAPPA * c->dz;
@@ -271,8 +271,11 @@ int32_t ry_column_faces(const ry_flow *f)
 
 /* ---- for the others ------------------------------------------------------------------------- */
 
-void ry_column_log(const ry_flow *f, ry_column *c, double tau)
+void ry_column_log(ry_flow *f, ry_column *c, double tau)
 {
+    if (isnan(f->level)) {
+        ry_flow_find_level(f, c);
+    }
     impose_log(f, c, tau);
 }
 
@@ -287,6 +290,7 @@ void ry_column_balance(ry_flow *f, ry_column *c, double tau)
 
 void ry_flow_complete(ry_flow *f, ry_column *c)
 {
+    ry_flow_find_level(f, c);
     if (f->valid < f->nz) {
         clear_flow(f, c, f->nz);
     }

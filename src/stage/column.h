@@ -32,7 +32,7 @@ RY_INLINE double ry_column_volume(double r)
 void ry_column_balance(ry_flow *flow, ry_column *column, double tau);
 
 /* u = u_star/kappa ln(30 z'/k_s) above the bed level that was found, 0 below z' = k_s/30. */
-void ry_column_log(const ry_flow *flow, ry_column *column, double tau);
+void ry_column_log(ry_flow *flow, ry_column *column, double tau);
 
 /* Makes the tables for the grains at the faces from .. end-1; ry_column_faces: how many need nothing of the clear
  * flow that is not computed yet. */

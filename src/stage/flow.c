@@ -350,6 +350,14 @@ double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d)
     return 0.0;
 }
 
+void ry_flow_find_level(ry_flow *f, ry_column *c)
+{
+    if (f->level_is_old) {
+        c->bed_level = ry_flow_bed_level(c->phi, c->nz, c->dz, f->d);
+        f->level_is_old = 0;
+    }
+}
+
 /* ---- the stress on exposed grains (Harada et al.) -------------------------------------------- */
 
 /* Looks down on the bed: in each bin of x the grain whose surface is highest is exposed. */
@@ -402,7 +410,7 @@ void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const ry_sets *s
         memset(state->grains.push, 0, (size_t)state->grains.n * sizeof *state->grains.push);
     }
     average_phi(f, c, state->step);
-    c->bed_level = ry_flow_bed_level(c->phi, c->nz, c->dz, f->d);
+    f->level_is_old = 1;
     if (state->step >= f->step_start) {
         if (f->model == RY_FLOW_BALANCE) {
             ry_column_balance(f, c, tau);

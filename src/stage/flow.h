@@ -71,6 +71,7 @@ typedef struct ry_flow {
      * follow from valid_length, the mixing length below them, and tau_now, the stress [m, Pa]. */
     int32_t clear, valid, faces; /* clear: the first cell of it; faces: of the tables */
     double valid_length, tau_now;
+    int level_is_old; /* 1: column->bed_level is that of an earlier phi, as nobody has asked for it */
     int32_t half;  /* cells in a radius, rounded up */
     double *part;  /* 2 half: parts of a mean grain in the cells around its centre [1] */
     double *mix;  /* nz: mixing length at the faces above the cells, as of the last advance [m] */
@@ -89,6 +90,9 @@ double ry_flow_stress(const ry_flow *flow, int64_t step);
 
 /* Computes what is not valid yet: before anybody but this stage looks at the column. */
 void ry_flow_complete(ry_flow *flow, ry_column *column);
+
+/* The bed level alone. */
+void ry_flow_find_level(ry_flow *flow, ry_column *column);
 
 /* Makes sure that grains up to this height find what they need; before sample and advance. */
 void ry_flow_reach(ry_flow *flow, ry_column *column, double highest);
