@@ -70,17 +70,18 @@ static double closure(const ry_flow *f, double open, double l, double s)
     return f->density * open * (f->viscosity + l * l * fabs(s)) * s;
 }
 
-static void solve_tridiagonal(int32_t n, const double *low, double *diagonal, const double *high,
-                              double *x)
+/* Each cell waits for the one before, so what it waits for stays in registers. */
+static void solve_tridiagonal(int32_t n, const double *low, double *diagonal, const double *high, double *x)
 {
+    double pivot = diagonal[0], value = x[0];
     for (int32_t k = 1; k < n; k++) {
-        const double w = low[k] / diagonal[k - 1];
-        diagonal[k] -= w * high[k - 1];
-        x[k] -= w * x[k - 1];
+        const double w = low[k] / pivot;
+        diagonal[k] = pivot = diagonal[k] - w * high[k - 1];
+        x[k] = value = x[k] - w * value;
     }
-    x[n - 1] /= diagonal[n - 1];
+    x[n - 1] = value = value / pivot;
     for (int32_t k = n - 2; k >= 0; k--) {
-        x[k] = (x[k] - high[k] * x[k + 1]) / diagonal[k];
+        x[k] = value = (x[k] - high[k] * value) / diagonal[k];
     }
 }
 

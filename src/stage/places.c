@@ -79,13 +79,24 @@ ry_status ry_places_along_bed(ry_places *o, const ry_grains *g, const int32_t *p
     return RY_OK;
 }
 
-static void carry_one(const ry_places *o, char *array, size_t size, int32_t n_moved)
+RY_INLINE void carry_sized(const ry_places *o, char *array, size_t size, int32_t n_moved)
 {
     for (int32_t m = 0; m < n_moved; m++) {
         memcpy(o->scratch + (size_t)m * size, array + (size_t)o->was[o->moved[m]] * size, size);
     }
     for (int32_t m = 0; m < n_moved; m++) {
         memcpy(array + (size_t)o->moved[m] * size, o->scratch + (size_t)m * size, size);
+    }
+}
+
+/* Few grains change places when some wake, which happens often: no calls to copy single numbers. */
+static void carry_one(const ry_places *o, char *array, size_t size, int32_t n_moved)
+{
+    switch (size) {
+    case sizeof(double): carry_sized(o, array, sizeof(double), n_moved); break;
+    case sizeof(int32_t): carry_sized(o, array, sizeof(int32_t), n_moved); break;
+    case sizeof(uint8_t): carry_sized(o, array, sizeof(uint8_t), n_moved); break;
+    default: carry_sized(o, array, size, n_moved);
     }
 }
 
