@@ -4,7 +4,7 @@
  * What the contacts hold, and how deep they are. */
 #include <math.h>
 
-#include "stage/contact.h"
+#include "stage/contact_private.h"
 
 /* As ry_contact_tangential. Laws whose closing step replaces the overlap hold no energy in a contact before it. */
 static double normal_energy(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p,
@@ -57,19 +57,124 @@ ry_contact_sums ry_contact_measure_run(const ry_contact *c, const ry_grains *g, 
     return sums;
 }
 
+/* ---- many at a time --------------------------------------------------------------------------- */
+
+/* Touching pairs of grains, whose energies are found together. */
+typedef struct ry_batch {
+    ry_near near;
+    double a[RY_CONTACT_BLOCK], stretch[RY_CONTACT_BLOCK]; /* as in ry_bond, where they are kept */
+    double normal[RY_CONTACT_BLOCK], tangential[RY_CONTACT_BLOCK]; /* [J] */
+} ry_batch;
+
+/* The same numbers as normal_energy and ry_contact_tangential, bit for bit. */
+RY_INLINE void find_energies(const ry_contact *c, ry_batch *b, const int kept, const int hertz)
+{
+    const ry_near *const near = &b->near;
+    const double dt = c->dt;
+    const ry_law_coef coef = c->coef;
+    const double impact = c->young != NULL ? RY_IMPACT_STEPS : 0.0; /* who touches has an age of 1 or more */
+    const double explicit_half = c->explicit_spring ? 0.5 : 0.0;
+#pragma omp simd
+    for (int32_t k = 0; k < near->n_padded; k++) {
+        const double distance = near->distance[k], radii = near->radii[k], ims = near->im[k], tms = near->tm[k];
+        ry_bond q = {.a = b->a[k], .stretch = b->stretch[k]};
+        if (!kept) {
+            q = ry_bond_make(&coef, ims, tms);
+        }
+        const int impacts = near->age[k] <= impact;
+        const double stretch = ry_max(radii - distance - near->rest[k], 0.0);
+        const double root = hertz ? sqrt(stretch) : 1.0, power = hertz ? 0.4 : 0.5;
+        const double closing = -(near->dvx[k] * near->dx[k] + near->dvz[k] * near->dz[k]) / distance * dt;
+        const double half = impacts ? 0.0 : explicit_half * closing;
+        b->normal[k] = q.a * root * stretch * (power * stretch - half) / (ims * dt * dt);
+
+        const double nx = near->dx[k] / distance, nz = near->dz[k] / distance, lever = distance / radii;
+        const double run = (near->dvz[k] * nx - near->dvx[k] * nz + near->turn[k] * lever) * dt;
+        const double slip = near->slip[k] + run;
+        const double energy = 0.5 * q.stretch * ry_max(slip * (slip - run), 0.0);
+        b->tangential[k] = impacts ? 0.0 : energy / (tms * dt * dt);
+    }
+}
+
+RY_CLONES static void find_energies_kept(const ry_contact *c, ry_batch *b)
+{
+    find_energies(c, b, 1, 0);
+}
+
+RY_CLONES static void find_energies_made(const ry_contact *c, ry_batch *b)
+{
+    find_energies(c, b, 0, 0);
+}
+
+RY_CLONES static void find_energies_hertz(const ry_contact *c, ry_batch *b)
+{
+    find_energies(c, b, 0, 1);
+}
+
+/* Of the pairs in near->list[0]; the last is repeated to fill the vectors. */
+static void fetch_batch(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int kept, ry_batch *b)
+{
+    ry_near *const near = &b->near;
+    near->n_padded = ry_pairs_fill(near->n);
+    near->i = near->list[1];
+    near->j = near->list[2];
+    near->slip = near->spare[0];
+    near->rest = near->spare[1];
+    for (int32_t k = 0; k < near->n_padded; k++) {
+        const int32_t p = near->list[0][k < near->n ? k : near->n - 1];
+        near->list[1][k] = pairs->i[p];
+        near->list[2][k] = pairs->j[p];
+        near->age[k] = pairs->age[p];
+        near->slip[k] = pairs->slip[p];
+        near->rest[k] = pairs->rest != NULL ? pairs->rest[p] : 0.0;
+        b->a[k] = kept ? pairs->b_a[p] : 0.0;
+        b->stretch[k] = kept ? pairs->b_stretch[p] : 0.0;
+    }
+    ry_contact_fetch_geometry(c, g, near);
+}
+
+static void measure_batch(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, ry_batch *b,
+                          ry_contact_sums *sums)
+{
+    const int kept = pairs->b_a != NULL && pairs->bonds_made, hertz = c->coef.hertz > 0.0;
+    if (b->near.n > 0) {
+        fetch_batch(c, g, pairs, kept && !hertz, b);
+        (hertz ? find_energies_hertz : kept ? find_energies_kept : find_energies_made)(c, b);
+    }
+    for (int32_t k = 0; k < b->near.n; k++) {
+        sums->elastic_normal += b->normal[k];
+        if (c->features & RY_CONTACT_FRICTION) {
+            sums->elastic_tangential += b->tangential[k];
+        }
+    }
+    sums->touching += b->near.n;
+    b->near.n = 0;
+}
+
 /* Sums run over the owners in ascending id, so that they don't depend on the list. */
 ry_contact_sums ry_contact_measure(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs)
 {
     ry_contact_sums sums = {0};
+    ry_batch batch;
+    int32_t *const list = batch.near.list[0];
+    batch.near.n = 0;
     for (int32_t id = 0; id < g->n; id++) {
         const int32_t k = pairs->place[id];
-        const int32_t own = pairs->row[k + 1] - pairs->row[k];
-        for (int32_t m = 0; m < own + c->n_walls; m++) {
-            const int32_t p = m < own ? pairs->row[k] + m : pairs->wall_slot[m - own][k];
+        for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
+            list[batch.near.n] = p;
+            batch.near.n += pairs->age[p] != 0;
+            if (batch.near.n == RY_CONTACT_BLOCK) {
+                measure_batch(c, g, pairs, &batch, &sums);
+            }
+        }
+        for (int w = 0; w < c->n_walls; w++) {
+            const int32_t p = pairs->wall_slot[w][k];
             if (p >= 0 && pairs->age[p] != 0) {
+                measure_batch(c, g, pairs, &batch, &sums); /* those before it */
                 measure_pair(c, g, pairs, p, &sums);
             }
         }
     }
+    measure_batch(c, g, pairs, &batch, &sums);
     return sums;
 }
