@@ -11,7 +11,7 @@ set -eu
 packages="cmake gcc libc6-dev make pkg-config libhdf5-dev libfftw3-dev libyaml-dev libudunits2-dev
           libgsl-dev libnlopt-dev librandom123-dev python3-h5py python3-matplotlib python3-pil"
 if [ "${1:-build}" = check ]; then
-    packages="$packages libcmocka-dev g++ clang valgrind
+    packages="$packages libcmocka-dev g++ clang libomp-dev valgrind
               libopenmpi-dev openmpi-bin slurmctld slurmd slurm-client munge"
 elif [ "${1:-build}" = bench ]; then
     packages="$packages python3-numpy lammps liggghts yade"

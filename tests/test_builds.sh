@@ -6,7 +6,7 @@
 #
 # The same bits from every build: no optimisation and no OpenMP, all instructions of this machine, another
 # compiler, and a build that checks addresses and undefined behaviour while it runs. For every contact law and
-# every fluid. The tests in C pass under these checks, too.
+# every fluid. The tests in C pass under these checks, too. And no thread touches what another has not finished.
 set -eu
 : "${RYUSA:?}" "${SOURCE_DIR:?}" "${BUILD_DIR:?}"
 folder=$BUILD_DIR/variants
@@ -58,6 +58,34 @@ compare() { # NAME
     fi
 }
 
+# Beds of several blocks for each thread (stage/blocks.h), so that they have something to share. Clang's OpenMP alone
+# tells the sanitizer what its barriers keep apart.
+look_for_races() {
+    archer=$(clang -print-resource-dir)/../../libarcher.so
+    if [ ! -f "$archer" ]; then
+        echo "races: left out, Debian: libomp-dev"
+        return
+    fi
+    build threads -DRY_TESTS=OFF -DRY_MPI=OFF -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DRY_SANITIZE=thread
+    printf '%s\n' $settings 'grains.columns=4000 time.end=1ms time.settle=0' \
+        'contact.sleep=1 fluid.shields=0.1 grains.layers=15 time.end=80ms' \
+        'domain.floor=flat contact.wet=true' 'domain.periodic=false domain.walls=true' >"$folder/races"
+    while read -r words; do
+        options=()
+        for word in grains.columns=120 time.end=10ms output.interval=5ms $words; do
+            options+=(-s "$word")
+        done
+        if ! OMP_TOOL_LIBRARIES=$archer TSAN_OPTIONS=ignore_noninstrumented_modules=1 \
+            "$folder/threads/ryusa" run "$folder/scene.yaml" "${options[@]}" -j 3 -q --force \
+            -o "$folder/threads.h5" >"$folder/threads.log" 2>&1; then
+            echo "races: $words"
+            cat "$folder/threads.log"
+            failed=1
+        fi
+    done <"$folder/races"
+    echo "races: looked for in $(wc -l <"$folder/races") scenes"
+}
+
 hashes "$RYUSA" reference >"$folder/reference.hashes"
 cat "$folder/reference.hashes"
 if grep -v ' 0x[0-9a-f]\{16\}$' "$folder/reference.hashes"; then
@@ -80,6 +108,7 @@ fi
 if command -v clang >/dev/null; then
     build clang -DRY_TESTS=OFF -DCMAKE_C_COMPILER=clang
     compare clang
+    look_for_races
 else
     echo "clang: left out, it is not installed"
 fi

@@ -91,6 +91,7 @@ static void put_run(const ry_contact *c, ry_pairs *pairs, int32_t first, int chu
     }
 }
 
+/* All but the age, by which others may be counting. */
 static void put_list(const ry_contact *c, ry_pairs *pairs, int chunk, const ry_near *near)
 {
     for (int32_t k = 0; k < near->n; k++) {
@@ -101,7 +102,6 @@ static void put_list(const ry_contact *c, ry_pairs *pairs, int chunk, const ry_n
         if (pairs->rest != NULL) {
             pairs->rest[p] = near->rest[k];
         }
-        pairs->age[p] = (uint8_t)near->age[k];
         if (near->wet != NULL) {
             pairs->wet[p] = near->wet[k];
         }
@@ -258,6 +258,9 @@ void ry_contact_push(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, i
         put_run(c, pairs, first, chunk, &near);
     } else {
         put_list(c, pairs, chunk, &near);
+        for (int32_t k = 0; k < near.n; k++) {
+            pairs->age[first + k] = (uint8_t)near.age[k];
+        }
     }
     if (near.young && c->young != NULL) {
         const int32_t from = chunk < pairs->n_chunks ? pairs->chunk[chunk] : pairs->n_inner;
@@ -357,9 +360,8 @@ void ry_contact_push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pa
         fetch_crowds(c, pairs, &near);
         near.own = c->film.on ? near.wet : c->dry;
         c->young(c, &near);
-        for (int32_t k = 0; k < count; k++) { /* others still count by the age that is there */
+        for (int32_t k = 0; k < count; k++) { /* put where it belongs when all have counted: put_ages */
             young_age[at + k] = (uint8_t)near.age[k];
-            near.age[k] = pairs->age[young[at + k]];
         }
         put_list(c, pairs, chunk, &near);
         if (c->features & RY_CONTACT_LEDGER) {
