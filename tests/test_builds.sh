@@ -68,7 +68,7 @@ look_for_races() {
     fi
     build threads -DRY_TESTS=OFF -DRY_MPI=OFF -DCMAKE_C_COMPILER=clang -DCMAKE_BUILD_TYPE=Debug -DRY_SANITIZE=thread
     printf '%s\n' $settings 'grains.columns=4000 time.end=1ms time.settle=0' \
-        'contact.sleep=1 fluid.shields=0.1 grains.layers=15 time.end=80ms' \
+        'contact.sleep=2 grains.columns=60 grains.layers=10 fluid.shields=0.3 time.settle=0.2s time.end=0.25s' \
         'domain.floor=flat contact.wet=true' 'domain.periodic=false domain.walls=true' >"$folder/races"
     while read -r words; do
         options=()
