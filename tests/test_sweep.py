@@ -309,13 +309,14 @@ class Sweep(unittest.TestCase):
             self.assertEqual(task.returncode, 0, out + err)
         self.assertEqual(self.table()["cases/status"].tolist(), [0] * 5)
 
-    def test_job_script(self):
-        self.write(self.LONG.replace("9 s", "400 s"))
+    def stop_job_script(self, state):
+        """What the job script has asked of scontrol when it was stopped and squeue says so of its task."""
         script = Path(os.environ["SOURCE_DIR"]) / "params/sweep.slurm"
-        tools = self.folder / "bin"
-        tools.mkdir()
-        (tools / "scontrol").write_text('#!/bin/sh\necho "$@" > requeued\n')
-        (tools / "scontrol").chmod(0o755)
+        tools, asked = self.folder / "bin", self.folder / "requeued"
+        tools.mkdir(exist_ok=True)
+        for tool, does in ("scontrol", 'echo "$@" > requeued'), ("squeue", state):
+            (tools / tool).write_text(f"#!/bin/sh\n{does}\n")
+            (tools / tool).chmod(0o755)
         environment = {**PLAIN, "RYUSA": PROGRAM, "PATH": f"{tools}:{os.environ['PATH']}", "SLURM_JOB_ID": "77",
                        "SLURM_ARRAY_JOB_ID": "70", "SLURM_ARRAY_TASK_ID": "1", "SLURM_ARRAY_TASK_COUNT": "2",
                        "SLURM_ARRAY_TASK_MIN": "1"}
@@ -325,7 +326,13 @@ class Sweep(unittest.TestCase):
         p.send_signal(signal.SIGTERM)
         _, err = p.communicate(timeout=60)
         self.assertEqual(p.returncode, 130, err)
-        self.assertEqual((self.folder / "requeued").read_text(), "requeue 70_1\n")
+        return asked.read_text() if asked.exists() else None
+
+    def test_job_script(self):
+        self.write(self.LONG.replace("9 s", "400 s"))
+        self.assertIsNone(self.stop_job_script("echo COMPLETING"))
+        for state in "echo RUNNING", "exit 1":
+            self.assertEqual(self.stop_job_script(state), "requeue 70_1\n")
 
     # --- what is refused ---
 
