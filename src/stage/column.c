@@ -7,8 +7,8 @@
 
 #include "base/elementary.h"
 
-/* The column is kept up to so many radii of a mean grain above the highest grain. */
-enum { MARGIN = 6 };
+/* The column is computed up to so many radii of a mean grain above the highest one, further when grains rise. */
+enum { MARGIN = 2 };
 
 /* Of u_star: what moves more slowly does not mix (duran-moving). */
 #define STILL_PART 0.02
@@ -280,13 +280,22 @@ void ry_column_log(ry_flow *f, ry_column *c, double tau)
     impose_log(f, c, tau);
 }
 
+/* The clear flow, so that there are tables for grains up to that height [cells]. */
+static void reach_up_to(ry_flow *f, ry_column *c, double height)
+{
+    const double cells = height + f->half + MARGIN * f->half;
+    const int32_t end = cells < c->nz ? (int32_t)cells : c->nz;
+    if (end > f->valid) {
+        clear_flow(f, c, end);
+    }
+}
+
 void ry_column_balance(ry_flow *f, ry_column *c, double tau)
 {
     advance_balance(f, c, tau);
     stress_gradient(f, c, tau);
     f->tau_now = tau;
-    const int32_t margin = f->valid + MARGIN * f->half;
-    clear_flow(f, c, margin < c->nz ? margin : c->nz);
+    reach_up_to(f, c, f->valid + 2.0);
 }
 
 void ry_flow_complete(ry_flow *f, ry_column *c)
@@ -300,7 +309,7 @@ void ry_flow_complete(ry_flow *f, ry_column *c)
 void ry_flow_reach(ry_flow *f, ry_column *c, double highest)
 {
     if (highest + 2.0 * c->dz > f->faces * c->dz && f->faces <= f->nz) {
-        ry_flow_complete(f, c);
-        ry_column_refresh(f, c, f->faces, f->nz + 1);
+        reach_up_to(f, c, highest / c->dz + 3.0);
+        ry_column_refresh(f, c, f->faces, ry_column_faces(f));
     }
 }

@@ -323,37 +323,63 @@ static void average_phi(const ry_flow *f, ry_column *c, int64_t step)
     }
 }
 
-double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d)
+/* Mean of phi over the cells up to `half` around cell k, as far as there are any. */
+static double mean_near_edge(const double *phi, int32_t nz, int32_t half, int32_t k)
 {
-    const int32_t half = (int32_t)(0.5 * d / dz + 0.5);
-    double most = 0.0, above = 0.0;
-    for (int pass = 0; pass < 2; pass++) {
-        for (int32_t k = nz - 1; k >= 0; k--) {
-            double sum = 0.0;
-            int32_t count = 0;
-            for (int32_t m = k - half; m <= k + half; m++) {
-                if (m >= 0 && m < nz) {
-                    sum += phi[m];
-                    count++;
-                }
-            }
-            const double mean = sum / count;
-            if (pass == 0) {
-                most = mean > most ? mean : most;
-            } else if (mean >= 0.5 * most && most > 0.0) {
-                const double part = k < nz - 1 ? (mean - 0.5 * most) / (mean - above) : 0.0;
-                return (k + 0.5 + part) * dz;
-            }
-            above = mean;
+    const int32_t first = k - half > 0 ? k - half : 0, last = k + half < nz ? k + half : nz - 1;
+    double sum = 0.0;
+    for (int32_t m = first; m <= last; m++) {
+        sum += phi[m];
+    }
+    return sum / (last - first + 1);
+}
+
+/* The same of cells that have all of them. */
+RY_CLONES static void find_means(const double *phi, int32_t half, int32_t first, int32_t end, double *restrict out)
+{
+    const double count = 2 * half + 1;
+#pragma omp simd
+    for (int32_t k = first; k < end; k++) {
+        double sum = 0.0;
+        for (int32_t m = -half; m <= half; m++) {
+            sum += phi[k + m];
+        }
+        out[k] = sum / count;
+    }
+}
+
+static double level_of(const double *mean, int32_t nz, double dz)
+{
+    double most = 0.0;
+    for (int32_t k = 0; k < nz; k++) {
+        most = mean[k] > most ? mean[k] : most;
+    }
+    for (int32_t k = nz - 1; k >= 0 && most > 0.0; k--) {
+        if (mean[k] >= 0.5 * most) {
+            const double part = k < nz - 1 ? (mean[k] - 0.5 * most) / (mean[k] - mean[k + 1]) : 0.0;
+            return (k + 0.5 + part) * dz;
         }
     }
     return 0.0;
 }
 
+double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d, double *mean)
+{
+    const int32_t half = (int32_t)(0.5 * d / dz + 0.5), inner = nz > 2 * half ? half : nz;
+    for (int32_t k = 0; k < inner; k++) {
+        mean[k] = mean_near_edge(phi, nz, half, k);
+    }
+    find_means(phi, half, inner, nz - half, mean);
+    for (int32_t k = nz - half > inner ? nz - half : inner; k < nz; k++) {
+        mean[k] = mean_near_edge(phi, nz, half, k);
+    }
+    return level_of(mean, nz, dz);
+}
+
 void ry_flow_find_level(ry_flow *f, ry_column *c)
 {
     if (f->level_is_old) {
-        c->bed_level = ry_flow_bed_level(c->phi, c->nz, c->dz, f->d);
+        c->bed_level = ry_flow_bed_level(c->phi, c->nz, c->dz, f->d, f->work);
         f->level_is_old = 0;
     }
 }

@@ -106,8 +106,8 @@ void ry_flow_sample_asleep(const ry_flow *flow, const ry_grains *grains, const r
 
 void ry_flow_advance(ry_flow *flow, ry_state *state, ry_motion *motion, const ry_sets *sets);
 
-/* Height at which the solid fraction, averaged over a diameter, falls to half of its largest [m]. */
-double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d);
+/* Height at which the solid fraction, averaged over a diameter, falls to half of its largest [m]. work: nz numbers. */
+double ry_flow_bed_level(const double *phi, int32_t nz, double dz, double d, double *work);
 
 /* Fluid stress on the planes through the cell centres, by the closure of model balance [Pa]. */
 void ry_flow_shear(const ry_flow *flow, const ry_column *column, double tau, double *out);
