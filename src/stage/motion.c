@@ -11,6 +11,10 @@
 #include "law/law.h"
 #include "stage/four.h"
 
+#if RY_INTRINSICS
+#include <immintrin.h>
+#endif
+
 static ry_status make(double **array, size_t n, int wanted, ry_error *error)
 {
     *array = wanted ? ry_array(n, sizeof(double)) : NULL;
@@ -171,6 +175,11 @@ static ry_slots slots_for(const ry_pairs *pairs, ry_way way, int chunk)
                      .own = pairs->shelf[chunk], .first = pairs->chunk[chunk], .end = pairs->chunk[chunk + 1]};
 }
 
+RY_INLINE const double *near_slot(const ry_slots *from, int32_t p)
+{
+    return (const double *)(from->near + ((uint32_t)p & from->mask) * RY_SLOT * sizeof(double));
+}
+
 RY_INLINE ry_four load_slot(const ry_slots *from, const int how, int32_t p)
 {
     const ry_pairs *const pairs = from->pairs;
@@ -178,7 +187,7 @@ RY_INLINE ry_four load_slot(const ry_slots *from, const int how, int32_t p)
         return ry_four_load(pairs->slot[p]);
     }
     if (how == NEAR) {
-        return ry_four_load((const double *)(from->near + ((uint32_t)p & from->mask) * sizeof *pairs->slot));
+        return ry_four_load(near_slot(from, p));
     }
     const int own = p >= from->first && p < from->end;
     return ry_four_load(own ? pairs->slot[ry_shelf_slot(&from->own, p)] : ry_pairs_slot(pairs, p));
@@ -241,20 +250,37 @@ void ry_motion_listed(const ry_pairs *pairs, int32_t k, double *slot)
     ry_four_store(slot, sum_slots(pairs, &slots, FAR, count_walls(pairs), k));
 }
 
-/* The sums of a block, at place `at` of cx, cz, ct. */
+/* Where the sums of a block go. */
+typedef struct ry_sums {
+    double *member[RY_SLOT];
+} ry_sums;
+
+RY_INLINE ry_sums sums_to(const ry_motion *m, int32_t begin, int chunk, double *marks)
+{
+    const int32_t at = ry_motion_at(m, begin, chunk);
+    ry_sums to;
+    to.member[RY_SLOT_X] = m->cx + at;
+    to.member[RY_SLOT_Z] = m->cz + at;
+    to.member[RY_SLOT_TURN] = m->ct + at;
+    to.member[RY_SLOT_MARK] = marks;
+    return to;
+}
+
+RY_INLINE void put_sum(const ry_sums *to, int32_t k, const ry_four sum)
+{
+    for (int q = 0; q < RY_SLOT; q++) {
+        to->member[q][k] = sum[q];
+    }
+}
+
 RY_INLINE void gather_body(const ry_motion *m, const ry_pairs *pairs, ry_way way, int chunk, const int how,
                            int32_t begin, int32_t n, double *restrict marks)
 {
-    const int32_t at = ry_motion_at(m, begin, chunk);
-    double *restrict const cx = m->cx + at, *restrict const cz = m->cz + at, *restrict const ct = m->ct + at;
+    const ry_sums to = sums_to(m, begin, chunk, marks);
     const ry_slots slots = slots_for(pairs, way, chunk);
     const int walls = count_walls(pairs);
     for (int32_t k = 0; k < n; k++) {
-        const ry_four sum = sum_slots(pairs, &slots, how, walls, begin + k);
-        cx[k] = sum[RY_SLOT_X];
-        cz[k] = sum[RY_SLOT_Z];
-        ct[k] = sum[RY_SLOT_TURN];
-        marks[k] = sum[RY_SLOT_MARK];
+        put_sum(&to, k, sum_slots(pairs, &slots, how, walls, begin + k));
     }
 }
 
@@ -267,6 +293,47 @@ RY_INLINE void gather_body(const ry_motion *m, const ry_pairs *pairs, ry_way way
 GATHER(gather_plain, PLAIN)
 GATHER(gather_near, NEAR)
 GATHER(gather_far, FAR)
+
+#if RY_INTRINSICS
+/* With the masks of AVX-512, which load zeros: four bits for each slot that is looked at always, and so cheap that it
+ * pays to look at one more. Where slots lie in a ring there are no walls (stage/blocks.c: all is late). */
+RY_WIDE static inline ry_four sum_near(const ry_pairs *pairs, const ry_slots *from, int32_t k)
+{
+    enum { EACH = 4, LOOKED_AT = GUESSED + 1, ALL = (1 << EACH * LOOKED_AT) - 1 };
+    const int32_t *const below = pairs->below + pairs->below_start[k], p = pairs->row[k];
+    const int32_t n_below = pairs->below_start[k + 1] - pairs->below_start[k], n_own = pairs->row[k + 1] - p;
+    const unsigned low = _bzhi_u32(ALL, EACH * (unsigned)(n_below < LOOKED_AT ? n_below : LOOKED_AT));
+    const unsigned own = _bzhi_u32(ALL, EACH * (unsigned)(n_own < LOOKED_AT ? n_own : LOOKED_AT));
+    const __m256d opposite = _mm256_set_pd(0.0, 0.0, -0.0, -0.0);
+    __m256d sum = _mm256_setzero_pd();
+    for (int q = 0; q < LOOKED_AT; q++) { /* there is room behind the last */
+        const __m256d slot = _mm256_maskz_loadu_pd((__mmask8)(low >> EACH * q), near_slot(from, below[q]));
+        sum = _mm256_add_pd(sum, _mm256_xor_pd(slot, opposite));
+    }
+    for (int32_t q = LOOKED_AT; q < n_below; q++) {
+        sum = _mm256_add_pd(sum, _mm256_xor_pd(_mm256_loadu_pd(near_slot(from, below[q])), opposite));
+    }
+    for (int q = 0; q < LOOKED_AT; q++) {
+        sum = _mm256_add_pd(sum, _mm256_maskz_loadu_pd((__mmask8)(own >> EACH * q), near_slot(from, p + q)));
+    }
+    for (int32_t q = LOOKED_AT; q < n_own; q++) {
+        sum = _mm256_add_pd(sum, _mm256_loadu_pd(near_slot(from, p + q)));
+    }
+    return (ry_four)sum;
+}
+
+RY_WIDE static void gather_near_wide(const ry_motion *m, const ry_pairs *pairs, ry_way way, int chunk, int32_t begin,
+                                     int32_t n, double *marks)
+{
+    const ry_sums to = sums_to(m, begin, chunk, marks);
+    const ry_slots slots = slots_for(pairs, way, chunk);
+    for (int32_t k = 0; k < n; k++) {
+        put_sum(&to, k, sum_near(pairs, &slots, begin + k));
+    }
+}
+#else
+#define gather_near_wide gather_near
+#endif
 
 static void gather_shifts(const ry_motion *m, const ry_pairs *pairs, int32_t begin, int32_t end)
 {
@@ -296,7 +363,8 @@ void ry_motion_gather(const ry_motion *m, const ry_pairs *pairs, int32_t begin, 
     double marks[RY_BLOCK];
     const int plain = way.mask == -1 && way.base == 0;
     const int near = way.mask != 0;
-    (plain ? gather_plain : (near ? gather_near : gather_far))(m, pairs, way, chunk, begin, end - begin, marks);
+    (plain ? gather_plain : near ? (ry_is_wide() ? gather_near_wide : gather_near) : gather_far)(
+        m, pairs, way, chunk, begin, end - begin, marks);
     if (m->marks) {
         turn_half_a_kick(m, marks, begin, end - begin, m->cz + ry_motion_at(m, begin, chunk));
     }
