@@ -30,11 +30,14 @@ enum {
     MOST_THREADS = 2
 };
 
+enum { MOST_ROWS = SIZES * LAWS * SCENES * MOST_THREADS, TURNS = 7, STEPS_OF_BASE = 3000, FEWEST_STEPS = 20 };
+
 typedef struct row {
     int sheared, law, n, threads; /* n: grains that can move; threads: at most so many, if they pay */
-    int size;
+    int size, group;              /* group: of a scene and a law */
     double rate;                  /* grain-steps per second, best window */
     double median;                /* of the windows */
+    double rates[TURNS];          /* of all */
     double bytes;                 /* per grain */
     double contacts;              /* per grain */
     double arithmetic, moving;    /* what the machine needs at least [ns per grain-step] */
@@ -42,8 +45,6 @@ typedef struct row {
     const char *stage[RY_MOST_STAGES];
     double ns[RY_MOST_STAGES]; /* per grain-step, in the best window */
 } row;
-
-enum { MOST_ROWS = SIZES * LAWS * SCENES * MOST_THREADS, WINDOWS = 7, STEPS_OF_BASE = 3000, FEWEST_STEPS = 20 };
 
 typedef struct study {
     ry_bench_run *run;
@@ -92,6 +93,31 @@ static const row *find_row(const study *s, const row *like, int n, int threads)
     return NULL;
 }
 
+static int compare(const void *a, const void *b)
+{
+    const double p = *(const double *)a, q = *(const double *)b;
+    return (p > q) - (p < q);
+}
+
+static double median_of(const double *values)
+{
+    double sorted[TURNS];
+    memcpy(sorted, values, sizeof sorted);
+    qsort(sorted, TURNS, sizeof *sorted, compare);
+    return sorted[TURNS / 2];
+}
+
+/* How many times as fast `a` is as `b`: turn by turn, for a machine that others use, too, is slow for seconds at a
+ * time; the median. */
+static double times_as_fast(const row *a, const row *b)
+{
+    double ratio[TURNS];
+    for (int turn = 0; turn < TURNS; turn++) {
+        ratio[turn] = a->rates[turn] / b->rates[turn];
+    }
+    return median_of(ratio);
+}
+
 /* Against the row's own size with one thread, and against 1000 grains. */
 static void say_ratios(const study *s)
 {
@@ -100,10 +126,10 @@ static void say_ratios(const study *s)
         const row *const alone = find_row(s, r, r->n, 1), *const small = find_row(s, r, 1000, 1);
         if (r->threads > 1) {
             ry_bench_say(s->run, "%s %s, %d grains: %d threads %.2f times one\n", scenes[r->sheared],
-                         ry_bench_law[laws[r->law]], r->n, r->threads, r->rate / alone->rate);
+                         ry_bench_law[laws[r->law]], r->n, r->threads, times_as_fast(r, alone));
         } else if (small != NULL && r->n > small->n) {
             ry_bench_say(s->run, "%s %s, %d grains: a grain-step costs %.2f times that of 1000 grains\n",
-                         scenes[r->sheared], ry_bench_law[laws[r->law]], r->n, small->rate / r->rate);
+                         scenes[r->sheared], ry_bench_law[laws[r->law]], r->n, times_as_fast(small, r));
         }
     }
 }
@@ -125,12 +151,6 @@ static ry_config make_config(const row *r, int columns, int layers)
     return config;
 }
 
-static int compare(const void *a, const void *b)
-{
-    const double p = *(const double *)a, q = *(const double *)b;
-    return (p > q) - (p < q);
-}
-
 /* ns per grain-step of each stage since `before`; nothing where no step of the window was timed. */
 static void keep_stages(row *r, const ry_sim *sim, const double *before, long long timed)
 {
@@ -138,30 +158,6 @@ static void keep_stages(row *r, const ry_sim *sim, const double *before, long lo
         const double seconds = sim->plan.stage[s].seconds - before[s];
         r->ns[s] = 1e9 * seconds / ((double)r->n * (double)timed);
     }
-}
-
-/* Windows of `steps` steps each; the stages are those of the best one. */
-static ry_status time_windows(row *r, ry_sim *sim, long long steps, ry_error *error)
-{
-    double rate[WINDOWS], before[RY_MOST_STAGES];
-    r->n_stages = sim->plan.n_stages;
-    for (int k = 0; k < WINDOWS; k++) {
-        const long long timed = sim->timed;
-        for (int s = 0; s < r->n_stages; s++) {
-            r->stage[s] = sim->plan.stage[s].name;
-            before[s] = sim->plan.stage[s].seconds;
-        }
-        const double begun = ry_clock();
-        RY_TRY(ry_sim_step(sim, steps, error));
-        rate[k] = (double)r->n * (double)steps / (ry_clock() - begun);
-        if (rate[k] > r->rate) {
-            r->rate = rate[k];
-            keep_stages(r, sim, before, sim->timed - timed);
-        }
-    }
-    qsort(rate, WINDOWS, sizeof *rate, compare);
-    r->median = rate[WINDOWS / 2];
-    return RY_OK;
 }
 
 static ry_sim *create(const row *r, int tiles, ry_state *state, ry_config *config, ry_error *error)
@@ -196,52 +192,107 @@ static ry_status make_base(const row *r, ry_state *state, ry_error *error)
     return status;
 }
 
+/* The shorter of this time's and the last ones'. */
 static void find_limit(row *r, int threads)
 {
     const ry_law law = laws[r->law];
     const double contact = ry_limit_contact(law, threads), grain = ry_limit_grain(r->sheared, threads);
     const double bytes = ry_limit_bytes(law, r->contacts);
-    r->arithmetic = 1e9 * (r->contacts * contact + grain);
-    r->moving = 1e9 * bytes * ry_limit_move((size_t)(bytes * r->n), threads);
+    r->arithmetic = fmin(r->arithmetic, 1e9 * (r->contacts * contact + grain));
+    r->moving = fmin(r->moving, 1e9 * bytes * ry_limit_move((size_t)(bytes * r->n), threads));
 }
 
-/* `heap`: bytes in use before there was a state. */
-static ry_status measure(row *r, ry_state *state, double heap, int quick, ry_error *error)
-{
+/* A row while it is measured. */
+typedef struct entry {
+    row *row;
     ry_config config;
-    r->contacts = (double)state->contacts.n / r->n;
-    ry_sim *const sim = create(r, sizes[r->size].tiles, state, &config, error);
-    if (sim == NULL) {
-        ry_config_free(&config);
+    ry_sim *sim;
+} entry;
+
+static ry_status open_entry(entry *e, ry_error *error)
+{
+    row *const r = e->row;
+    ry_state state = {0};
+    const double heap = ry_machine_heap();
+    const ry_status status = make_base(r, &state, error);
+    if (status != RY_OK) {
+        ry_state_free(&state);
+        return status;
+    }
+    r->contacts = (double)state.contacts.n / r->n;
+    e->sim = create(r, sizes[r->size].tiles, &state, &e->config, error);
+    if (e->sim == NULL) {
         return error->status;
     }
-    const double window = quick ? 2e5 : 3e6;
-    ry_status status = ry_sim_step(sim, FEWEST_STEPS, error);
-    if (status == RY_OK) {
-        status = time_windows(r, sim, (long long)fmax(ceil(window / r->n), FEWEST_STEPS), error);
-    }
+    r->n_stages = e->sim->plan.n_stages;
+    r->arithmetic = r->moving = INFINITY;
+    RY_TRY(ry_sim_step(e->sim, FEWEST_STEPS, error));
     r->bytes = (ry_machine_heap() - heap) / r->n;
-    find_limit(r, sim->plan.threads);
-    ry_sim_free(sim);
-    ry_config_free(&config);
-    return status;
+    return RY_OK;
+}
+
+static void close_entry(entry *e)
+{
+    ry_sim_free(e->sim);
+    ry_config_free(&e->config);
+}
+
+/* A window; the stages are those of the best one. */
+static ry_status time_window(entry *e, int turn, int quick, ry_error *error)
+{
+    row *const r = e->row;
+    ry_sim *const sim = e->sim;
+    const long long steps = (long long)fmax(ceil((quick ? 2e5 : 3e6) / r->n), FEWEST_STEPS), timed = sim->timed;
+    double before[RY_MOST_STAGES];
+    for (int s = 0; s < r->n_stages; s++) {
+        r->stage[s] = sim->plan.stage[s].name;
+        before[s] = sim->plan.stage[s].seconds;
+    }
+    const double heap = ry_machine_heap(), begun = ry_clock();
+    RY_TRY(ry_sim_step(sim, steps, error));
+    r->rates[turn] = (double)r->n * (double)steps / (ry_clock() - begun);
+    r->bytes += (ry_machine_heap() - heap) / r->n;
+    if (r->rates[turn] > r->rate) {
+        r->rate = r->rates[turn];
+        keep_stages(r, sim, before, sim->timed - timed);
+    }
+    if (turn == 0 || turn == TURNS - 1) {
+        find_limit(r, sim->plan.threads);
+    }
+    return RY_OK;
+}
+
+/* All sizes and threads of a scene and a law take turns, see times_as_fast. */
+static ry_status take_turns(entry *all, int n, int quick, ry_error *error)
+{
+    for (int k = 0; k < n; k++) {
+        RY_TRY(open_entry(&all[k], error));
+    }
+    for (int turn = 0; turn < TURNS; turn++) {
+        for (int k = 0; k < n; k++) {
+            RY_TRY(time_window(&all[k], turn, quick, error));
+        }
+    }
+    return RY_OK;
 }
 
 static ry_status run_rows(study *s, ry_error *error)
 {
-    const int quick = s->run->options->quick;
-    for (int k = 0; k < s->n; k++) {
-        row *const r = &s->rows[k];
-        ry_state state = {0};
-        const double heap = ry_machine_heap();
-        const ry_status status = make_base(r, &state, error);
-        if (status != RY_OK) {
-            ry_state_free(&state);
-            return status;
+    for (int first = 0, end; first < s->n; first = end) {
+        entry all[SIZES * MOST_THREADS] = {0};
+        for (end = first; end < s->n && s->rows[end].group == s->rows[first].group; end++) {
+            all[end - first].row = &s->rows[end];
         }
-        RY_TRY(measure(r, &state, heap, quick, error));
-        say_row(s, r);
-        ry_bench_progress(s->run);
+        const ry_status status = take_turns(all, end - first, s->run->options->quick, error);
+        for (int k = 0; k < end - first; k++) {
+            close_entry(&all[k]);
+        }
+        RY_TRY(status);
+        for (int k = first; k < end; k++) {
+            s->rows[k].median = median_of(s->rows[k].rates);
+            say_row(s, &s->rows[k]);
+            ry_bench_progress(s->run);
+        }
     }
     return RY_OK;
 }
@@ -250,11 +301,12 @@ static ry_status lay_rows(study *s, ry_error *error)
 {
     const int n_sizes = s->run->options->quick ? QUICK_SIZES : SIZES;
     for (int k = 0; k < n_sizes * LAWS * SCENES * MOST_THREADS; k++) {
-        const int size = k / (LAWS * SCENES * MOST_THREADS), law = k / MOST_THREADS % LAWS;
+        const int size = k / MOST_THREADS % n_sizes, group = k / (MOST_THREADS * n_sizes), law = group % LAWS;
         if (ry_bench_has_law(s->run, (int)laws[law])) {
             s->rows[s->n++] = (row){.n = sizes[size].columns * sizes[size].layers * sizes[size].tiles,
                                     .size = size,
-                                    .sheared = k / (LAWS * MOST_THREADS) % SCENES,
+                                    .group = group,
+                                    .sheared = group / LAWS,
                                     .law = law,
                                     .threads = k % MOST_THREADS + 1};
         }
