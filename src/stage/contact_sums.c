@@ -6,20 +6,6 @@
 
 #include "stage/contact_private.h"
 
-/* As ry_contact_tangential. Laws whose closing step replaces the overlap hold no energy in a contact before it. */
-static double normal_energy(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p,
-                            ry_gap gap, double a)
-{
-    const int32_t i = pairs->i[p], j = pairs->j[p];
-    const double rest = pairs->rest != NULL ? pairs->rest[p] : 0.0;
-    const double stretch = ry_max(g->radius[i] + g->radius[j] - gap.distance - rest, 0.0);
-    const double root = c->coef.hertz > 0.0 ? sqrt(stretch) : 1.0;
-    const double power = c->coef.hertz > 0.0 ? 0.4 : 0.5; /* int a d^1.5, int a d */
-    const double run = ((g->vx[i] - g->vx[j]) * gap.dx + (g->vz[i] - g->vz[j]) * gap.dz) / gap.distance * c->dt;
-    const double half = c->explicit_spring && !ry_contact_in_impact(c, pairs, p) ? 0.5 * run : 0.0;
-    return a * root * stretch * (power * stretch - half) / ((c->im[i] + c->im[j]) * c->dt * c->dt);
-}
-
 ry_contact_depth ry_contact_deepest(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs)
 {
     ry_contact_depth most = {0.0, -1};
@@ -36,37 +22,17 @@ ry_contact_depth ry_contact_deepest(const ry_contact *c, const ry_grains *g, con
     return most;
 }
 
-static void measure_pair(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p,
-                         ry_contact_sums *sums)
-{
-    const ry_gap gap = ry_contact_gap(c, g, pairs, p);
-    const ry_bond q = ry_contact_bond(c, pairs, p);
-    sums->touching++;
-    sums->elastic_normal += normal_energy(c, g, pairs, p, gap, q.a);
-    if (c->features & RY_CONTACT_FRICTION) {
-        sums->elastic_tangential += ry_contact_tangential(c, g, pairs, p, gap, q.stretch);
-    }
-}
+/* ---- what they hold --------------------------------------------------------------------------- */
 
-ry_contact_sums ry_contact_measure_run(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs)
-{
-    ry_contact_sums sums = {0};
-    for (int32_t p = 0; p < pairs->n; p++) {
-        measure_pair(c, g, pairs, p, &sums);
-    }
-    return sums;
-}
-
-/* ---- many at a time --------------------------------------------------------------------------- */
-
-/* Touching pairs of grains, whose energies are found together. */
+/* Pairs whose energies are found together: of grains, or of a grain and a wall. */
 typedef struct ry_batch {
     ry_near near;
     double a[RY_CONTACT_BLOCK], stretch[RY_CONTACT_BLOCK]; /* as in ry_bond, where they are kept */
     double normal[RY_CONTACT_BLOCK], tangential[RY_CONTACT_BLOCK]; /* [J] */
 } ry_batch;
 
-/* The same numbers as normal_energy and ry_contact_tangential, bit for bit. */
+/* See ry_contact_tangential, whose number the tangential one is. Laws whose closing step replaces the overlap hold no
+ * energy in a contact before it. */
 RY_INLINE void find_energies(const ry_contact *c, ry_batch *b, const int kept, const int hertz)
 {
     const ry_near *const near = &b->near;
@@ -82,6 +48,7 @@ RY_INLINE void find_energies(const ry_contact *c, ry_batch *b, const int kept, c
             q = ry_bond_make(&coef, ims, tms);
         }
         const int impacts = near->age[k] <= impact;
+        /* Hertz: int a d^1.5, else int a d */
         const double stretch = ry_max(radii - distance - near->rest[k], 0.0);
         const double root = hertz ? sqrt(stretch) : 1.0, power = hertz ? 0.4 : 0.5;
         const double closing = -(near->dvx[k] * near->dx[k] + near->dvz[k] * near->dz[k]) / distance * dt;
@@ -151,17 +118,36 @@ static void measure_batch(const ry_contact *c, const ry_grains *g, const ry_pair
     b->near.n = 0;
 }
 
+static void measure_one(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p, ry_batch *b,
+                        ry_contact_sums *sums)
+{
+    measure_batch(c, g, pairs, b, sums); /* those before it */
+    b->near.list[0][0] = p;
+    b->near.n = 1;
+    measure_batch(c, g, pairs, b, sums);
+}
+
+ry_contact_sums ry_contact_measure_run(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs)
+{
+    ry_contact_sums sums = {0};
+    ry_batch batch;
+    batch.near.n = 0;
+    for (int32_t p = 0; p < pairs->n; p++) {
+        measure_one(c, g, pairs, p, &batch, &sums);
+    }
+    return sums;
+}
+
 /* Sums run over the owners in ascending id, so that they don't depend on the list. */
 ry_contact_sums ry_contact_measure(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs)
 {
     ry_contact_sums sums = {0};
     ry_batch batch;
-    int32_t *const list = batch.near.list[0];
     batch.near.n = 0;
     for (int32_t id = 0; id < g->n; id++) {
         const int32_t k = pairs->place[id];
         for (int32_t p = pairs->row[k]; p < pairs->row[k + 1]; p++) {
-            list[batch.near.n] = p;
+            batch.near.list[0][batch.near.n] = p;
             batch.near.n += pairs->age[p] != 0;
             if (batch.near.n == RY_CONTACT_BLOCK) {
                 measure_batch(c, g, pairs, &batch, &sums);
@@ -170,8 +156,7 @@ ry_contact_sums ry_contact_measure(const ry_contact *c, const ry_grains *g, cons
         for (int w = 0; w < c->n_walls; w++) {
             const int32_t p = pairs->wall_slot[w][k];
             if (p >= 0 && pairs->age[p] != 0) {
-                measure_batch(c, g, pairs, &batch, &sums); /* those before it */
-                measure_pair(c, g, pairs, p, &sums);
+                measure_one(c, g, pairs, p, &batch, &sums);
             }
         }
     }
