@@ -155,7 +155,7 @@ RY_WIDE static inline void near_in_run_wide(const ry_neighbor *b, const ry_seen 
     const __m512 reach = _mm512_set1_ps(seen->reach[k]);
     size_t n = out->n;
     for (int32_t m = from; m < to; m += 16) {
-        const __mmask16 there = to - m < 16 ? (__mmask16)((1u << (to - m)) - 1) : 0xffff;
+        const __mmask16 there = (__mmask16)(to - m < 16 ? (1u << (to - m)) - 1u : 0xffffu);
         const __m512i x = _mm512_sub_epi32(_mm512_loadu_si512(b->member_x + m), at_x);
         const __m512i z = _mm512_sub_epi32(_mm512_loadu_si512(b->member_z + m), at_z);
         const __m512 dx = _mm512_mul_ps(_mm512_cvtepi32_ps(x), unit_x);
