@@ -38,14 +38,14 @@ class Row:
     cpu: list = field(default_factory=list)
     loop: list = field(default_factory=list)   # of the steps alone, where the program tells
     flow: list = field(default_factory=list)   # seconds of flow that were simulated
-    result: list = field(default_factory=list)
+    result: list = field(default_factory=list)  # of each bed
 
     def numbers(self):
         def middle(values):
             return statistics.median(values) if values else float("nan")
         return {"job": self.job, "program": self.program, "cores": self.cores, "parts": f"{self.parts:g}",
                 **{k: f"{middle(getattr(self, k)):.4g}" for k in ("wall", "cpu", "loop", "flow")},
-                "repeats": len(self.wall), "result": self.result[0] if self.result else ""}
+                "repeats": len(self.wall), "result": " | ".join(dict.fromkeys(self.result))}
 
 
 def processor_time():
