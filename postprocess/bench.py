@@ -10,6 +10,7 @@ import h5py
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator, NullFormatter
 from picture import AMBER, BLACK, BLUE, GREEN, GREY, ORANGE, PINK, SKY, plt, save
 
 LAWS = ["energy", "fujioka-2", "fujioka-2-printed", "fujioka-1", "cundall", "cundall-tension", "tanaka"]
@@ -101,6 +102,15 @@ def accuracy(file, path):
     return save(figure, path)
 
 
+def scale_rates(axes):
+    """Rates differ by less than a decade: 1, 2 and 5 of each are labelled."""
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.yaxis.set_major_formatter("{x:g}")
+    axes.yaxis.set_minor_formatter(NullFormatter())
+
+
 def speed(file, path):
     runs = {k: v[:] if k not in ("scene", "law") else np.array(texts(v)) for k, v in file["runs"].items()}
     figure, axes = plt.subplots(1, 2, sharey=True, layout="constrained", figsize=(8.4, 3.2))
@@ -108,14 +118,15 @@ def speed(file, path):
         for law in ("cundall", "energy"):
             for threads, line in ((1, "-"), (2, "--")):
                 which = (runs["scene"] == scene) & (runs["law"] == law) & (runs["threads"] == threads)
+                if not which.any():  # bench speed -l LAW
+                    continue
                 color, marker, _ = LAW_STYLE[law]
                 place.plot(runs["grains"][which], runs["rate"][which] * 1e-6, line, color=color, marker=marker,
                            markersize=3, label=f"{law}, {threads} thread{'s' * (threads > 1)}")
                 if "arithmetic" in runs and threads == 1:
                     limit = 1e3 / np.maximum(runs["arithmetic"], runs["moving"])[which]
                     place.plot(runs["grains"][which], limit, ":", color=color, linewidth=0.8, label=f"{law}, limit")
-        place.set_xscale("log")
-        place.set_yscale("log")
+        scale_rates(place)
         place.set_xlabel("grains")
         place.set_title(scene)
     axes[0].set_ylabel("million grain-steps per second")
@@ -176,8 +187,7 @@ def peers(rows, machine, picture):
                     n, best, median = zip(*points)
                     place.plot(n, np.array(best) * 1e-6, color=color, marker=marker, markersize=3, label=program)
                     place.plot(n, np.array(median) * 1e-6, ":", color=color, linewidth=0.8)
-            place.set_xscale("log")
-            place.set_yscale("log")
+            scale_rates(place)
             place.set_title(f"{scene}, {cores} core{'s' * (cores > 1)}")
         line[0].set_ylabel("million grain-steps per second")
     for place in axes[-1]:

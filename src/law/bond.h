@@ -64,6 +64,14 @@ RY_INLINE ry_bond ry_bond_make(const ry_law_coef *q, double im, double tm)
     return ry_bond_damped(q, im, tm, q->zeta2);
 }
 
+/* What an explicit tangential spring holds at the time of the velocities, which is half a step before that of the
+ * positions: k s^2/2 - dt F.v/2, run = v dt. Together with the kinetic energy that is what such a step keeps; with
+ * k s^2/2 each stretching and letting go would seem to change it. */
+RY_INLINE double ry_spring_energy(double k, double slip, double run)
+{
+    return 0.5 * k * ry_max(slip * (slip - run), 0.0);
+}
+
 typedef struct ry_slide {
     double f;     /* added to the tangential approach w_t [m] */
     double slip;  /* stretch of the spring to keep [m] */

@@ -53,15 +53,12 @@ int ry_contact_in_impact(const ry_contact *c, const ry_pairs *pairs, int32_t p)
     return c->young != NULL && pairs->age[p] <= (int)RY_IMPACT_STEPS;
 }
 
-/* Of an explicit spring at the time of the velocities, which is half a step before that of the positions:
- * k s^2/2 - dt F.v/2. Together with the kinetic energy that is what such a step keeps; with k s^2/2 each
- * stretching and letting go would seem to change it. */
 double ry_contact_tangential(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs,
                                 int32_t p, ry_gap gap, double stretch)
 {
     const int32_t i = pairs->i[p], j = pairs->j[p];
     const double run = slip_velocity(g, i, j, gap) * c->dt, slip = pairs->slip[p] + run;
-    const double energy = 0.5 * stretch * ry_max(slip * (slip - run), 0.0);
+    const double energy = ry_spring_energy(stretch, slip, run);
     return ry_contact_in_impact(c, pairs, p) ? 0.0 : energy / ((c->tm_grain[i] + c->tm_grain[j]) * c->dt * c->dt);
 }
 

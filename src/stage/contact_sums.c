@@ -58,7 +58,7 @@ RY_INLINE void find_energies(const ry_contact *c, ry_batch *b, const int kept, c
         const double nx = near->dx[k] / distance, nz = near->dz[k] / distance, lever = distance / radii;
         const double run = (near->dvz[k] * nx - near->dvx[k] * nz + near->turn[k] * lever) * dt;
         const double slip = near->slip[k] + run;
-        const double energy = 0.5 * q.stretch * ry_max(slip * (slip - run), 0.0);
+        const double energy = ry_spring_energy(q.stretch, slip, run);
         b->tangential[k] = impacts ? 0.0 : energy / (tms * dt * dt);
     }
 }

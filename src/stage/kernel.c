@@ -77,11 +77,6 @@ RY_INLINE ry_loss half_loss(double jn, double jt, double kt, double w_n, double 
     return (ry_loss){normal + (slides ? 0.0 : along), slides ? along + held : 0.0};
 }
 
-RY_INLINE double spring_energy(double kt, double slip, double run)
-{
-    return 0.5 * kt * ry_max(slip * (slip - run), 0.0);
-}
-
 /* Approach x dt of the grains of a pair, the normal, and the distance over the sum of the radii. */
 typedef struct ry_place {
     double ux, uz, nx, nz, lever;
@@ -98,7 +93,7 @@ RY_INLINE void book_left(ry_near *near, int32_t k, const ry_place at, double sli
         w_t = at.ux * nz[k] - at.uz * nx[k] + near->turn[k] * (dt * near->t_lever[k]);
     }
     const ry_loss left =
-        half_loss(near->t_jn[k], near->t_jt[k], kt, w_n, w_t, -spring_energy(kt, slip + run, run), 0.5 / dt);
+        half_loss(near->t_jn[k], near->t_jt[k], kt, w_n, w_t, -ry_spring_energy(kt, slip + run, run), 0.5 / dt);
     near->lost[RY_LOST_DASHPOT][k] = near->t_dashpot[k] + left.dashpot;
     near->lost[RY_LOST_FRICTION][k] = near->t_sliding[k] + left.friction;
 }
@@ -195,7 +190,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
                 t_lever[k] = mine ? lever : 0.0;
                 t_jt[k] = jt;
                 t_kt[k] = (mine & s.slides) ? kt : -1.0;
-                now = half_loss(0.0, jt, t_kt[k], 0.0, w_t, spring_energy(kt, slip, w_t), half_per_dt);
+                now = half_loss(0.0, jt, t_kt[k], 0.0, w_t, ry_spring_energy(kt, slip, w_t), half_per_dt);
             }
         }
         if (moves) { /* moving the grains apart would change r x v: take that out of v */
