@@ -77,19 +77,29 @@ static int is_reader_gone(void)
 
 /* OpenMP's threads spin while they wait for the next loop, for so long by default that on a busy machine a
  * run becomes fifty times slower (measured, 220 grains: 60 000 steps per second with one thread, 1 000
- * with two). They should wait for some microseconds, then sleep. The library reads its settings before
- * main, so the program starts itself once more with them, unless the user has set any. */
-static void wait_briefly(char **argv)
+ * with two). They should wait for some microseconds, then sleep, unless the user has said how.
+ * Returns whether it has changed anything. */
+static int wait_briefly(void)
 {
-    if (getenv("OMP_WAIT_POLICY") == NULL && getenv("GOMP_SPINCOUNT") == NULL &&
-        setenv("GOMP_SPINCOUNT", "1000", 0) == 0) {
-        execv("/proc/self/exe", argv); /* on failure: go on as we are */
-    }
+    return getenv("OMP_WAIT_POLICY") == NULL && getenv("GOMP_SPINCOUNT") == NULL &&
+           setenv("GOMP_SPINCOUNT", "1000", 0) == 0;
 }
+
+/* The library reads its settings before main. One that is part of the program does so after this. */
+#ifdef RY_STATIC_OPENMP
+__attribute__((constructor(101))) static void set_up_waiting(void)
+{
+    (void)wait_briefly();
+}
+#endif
 
 int main(int argc, char **argv)
 {
-    wait_briefly(argv);
+#ifndef RY_STATIC_OPENMP
+    if (wait_briefly()) {
+        execv("/proc/self/exe", argv); /* once more, with the settings; on failure go on as we are */
+    }
+#endif
     /* A result file must never take the number of a standard stream that came closed. */
     for (int fd = open("/dev/null", O_RDWR); fd >= 0; fd = open("/dev/null", O_RDWR)) {
         if (fd > STDERR_FILENO) {
