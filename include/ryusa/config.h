@@ -62,7 +62,8 @@ typedef struct ry_particle {
     double diameter;    /* [m] */
     double density;     /* [kg/m^3] */
     int fixed;          /* nothing moves it */
-    int line;           /* where in the scene file it stands, for messages; 0: no file */
+    int line;           /* where in its file it stands, for messages; 0: no file */
+    int table;          /* its file: 0 the scene, k tables[k - 1] of the config */
 } ry_particle;
 
 /* What can be asked for in output.fields, as bits. RY_FIELD(bit, "word", text) */
@@ -96,6 +97,8 @@ typedef struct ry_config {
     int has_grains;          /* the scene has a section `grains` */
     ry_particle *particles;  /* explicit grains; owned, see ry_config_free */
     int n_particles;
+    char **tables;           /* names of the tables that particles come from; owned */
+    int n_tables;
     char *title;             /* owned; "" if none */
     char *text;              /* the scene file as it was read, then the -s overrides as comments; owned */
     char *path;              /* the scene file's name, for messages; owned; "" if none */
@@ -107,7 +110,7 @@ RY_API ry_config ry_config_default(int has_grains);
 
 /* Reads a scene file, applies the `n_overrides` texts "key.path=value", resolves and checks. Lines
  * "# -s key.path=value" at the end of the file are overrides too: config->text alone makes the same
- * config again. On failure the config is zeroed.
+ * config again, as long as the tables of particles that it names are there. On failure the config is zeroed.
  * Errors: RY_BAD_INPUT with "file:line: key: what is wrong; what is allowed", RY_BAD_FILE. */
 RY_API ry_status ry_config_load(ry_config *config, const char *path, const char *const *overrides,
                                 int n_overrides, ry_error *error);

@@ -11,62 +11,38 @@
 
 #include "base/memory.h"
 #include "base/text.h"
+#include "config/csv.h"
 #include "config/nearest.h"
-#include "config/place.h"
 #include "config/quantity.h"
-#include "config/yaml.h"
 
-enum { LARGEST = 16 << 20, MOST_RELATIONS = 64, LONGEST_CELL = 200 };
+enum { LARGEST = 16 << 20, MOST_RELATIONS = 64 };
 enum { THETA, Q_STAR, ERROR_, COLUMNS };
 static const char *const column_words[COLUMNS] = {"theta", "q_star", "error"};
 
 typedef struct table {
     ry_target *target;
     ry_error *error;
-    ry_place place;
+    ry_csv csv;
     int column[COLUMNS]; /* where each stands in a row; -1: nowhere */
-    int width;           /* columns of the header; 0: no header yet */
     size_t capacity[COLUMNS];
 } table;
 
-/* --- one line ----------------------------------------------------------------------------------- */
-
-/* The cell that begins at `text`, without blanks and quotes around it; returns what follows the
- * comma, NULL behind the last cell. */
-static const char *take_cell(const char *text, char cell[LONGEST_CELL])
+static ry_status read_header(table *t)
 {
-    const char *const comma = strchr(text, ',');
-    size_t length = comma != NULL ? (size_t)(comma - text) : strlen(text);
-    while (length > 0 && strchr(" \t\"", text[0]) != NULL) {
-        text++;
-        length--;
-    }
-    while (length > 0 && strchr(" \t\"", text[length - 1]) != NULL) {
-        length--;
-    }
-    const int n = (int)(length < LONGEST_CELL - 1 ? length : LONGEST_CELL - 1);
-    snprintf(cell, LONGEST_CELL, "%.*s", n, text);
-    return comma != NULL ? comma + 1 : NULL;
-}
-
-static ry_status read_header(table *t, const char *line)
-{
-    char cell[LONGEST_CELL];
-    for (const char *rest = line; rest != NULL; t->width++) {
-        rest = take_cell(rest, cell);
+    for (int c = 0; c < t->csv.width; c++) {
         for (int k = 0; k < COLUMNS; k++) {
-            if (strcmp(cell, column_words[k]) != 0) {
+            if (strcmp(t->csv.cell[c], column_words[k]) != 0) {
                 continue;
             }
             if (t->column[k] >= 0) {
-                return ry_place_fail(t->place, NULL, t->error, "two columns are named %s",
+                return ry_place_fail(t->csv.place, NULL, t->error, "two columns are named %s",
                                      column_words[k]);
             }
-            t->column[k] = t->width;
+            t->column[k] = c;
         }
     }
-    if (t->column[THETA] < 0 || t->column[Q_STAR] < 0) {
-        return ry_place_fail(t->place, NULL, t->error,
+    if (t->csv.width > 0 && (t->column[THETA] < 0 || t->column[Q_STAR] < 0)) {
+        return ry_place_fail(t->csv.place, NULL, t->error,
                              "no column %s; the first line names the columns: theta,q_star or "
                              "theta,q_star,error",
                              column_words[t->column[THETA] < 0 ? THETA : Q_STAR]);
@@ -78,13 +54,13 @@ static ry_status read_number(const table *t, int k, const char *cell, double *va
 {
     char problem[400];
     if (cell[0] == '\0') {
-        return ry_place_fail(t->place, column_words[k], t->error, "nothing where a number belongs");
+        return ry_place_fail(t->csv.place, column_words[k], t->error, "nothing where a number belongs");
     }
     if (!ry_quantity_read(cell, "1", value, problem, sizeof problem)) {
-        return ry_place_fail(t->place, column_words[k], t->error, "%s", problem);
+        return ry_place_fail(t->csv.place, column_words[k], t->error, "%s", problem);
     }
     if (*value < 0.0 || (k == THETA && *value == 0.0)) {
-        return ry_place_fail(t->place, column_words[k], t->error, "%s is not allowed; %s is", cell,
+        return ry_place_fail(t->csv.place, column_words[k], t->error, "%s is not allowed; %s is", cell,
                              k == THETA ? "a number above 0" : "0 or more");
     }
     return RY_OK;
@@ -96,7 +72,7 @@ static ry_status keep_row(table *t, const double value[COLUMNS])
     double **const array[COLUMNS] = {&g->theta, &g->q_star, &g->error};
     const size_t n = (size_t)g->n;
     if (n > 0 && value[THETA] <= g->theta[n - 1]) {
-        return ry_place_fail(t->place, "theta", t->error,
+        return ry_place_fail(t->csv.place, "theta", t->error,
                              "%g does not lie above %g of the row before; sort the rows by theta, "
                              "and give each theta once",
                              value[THETA], g->theta[n - 1]);
@@ -111,68 +87,38 @@ static ry_status keep_row(table *t, const double value[COLUMNS])
     return RY_OK;
 }
 
-static ry_status read_row(table *t, const char *line)
+static ry_status read_row(table *t)
 {
-    char cell[LONGEST_CELL];
     double value[COLUMNS] = {0};
-    int width = 0;
-    for (const char *rest = line; rest != NULL; width++) {
-        rest = take_cell(rest, cell);
-        for (int k = 0; k < COLUMNS; k++) {
-            if (t->column[k] == width) {
-                RY_TRY(read_number(t, k, cell, &value[k]));
-            }
+    for (int k = 0; k < COLUMNS; k++) {
+        if (t->column[k] >= 0) {
+            RY_TRY(read_number(t, k, t->csv.cell[t->column[k]], &value[k]));
         }
-    }
-    if (width != t->width) {
-        return ry_place_fail(t->place, NULL, t->error, "%d columns, but the header has %d", width,
-                             t->width);
     }
     return keep_row(t, value);
 }
 
-/* --- the file ----------------------------------------------------------------------------------- */
-
-static ry_status read_lines(table *t, char *text)
+static ry_status read_table(table *t, char *text)
 {
-    for (char *line = text; line != NULL;) {
-        char *const end = strchr(line, '\n');
-        t->place.line++;
-        if (end != NULL) {
-            *end = '\0';
-        }
-        line[strcspn(line, "\r")] = '\0';
-        const char first = line[strspn(line, " \t")];
-        if (first != '\0' && first != '#') {
-            RY_TRY(t->width == 0 ? read_header(t, line) : read_row(t, line));
-        }
-        line = end != NULL ? end + 1 : NULL;
+    int found = 1;
+    RY_TRY(ry_csv_open(&t->csv, text, t->target->name, t->error));
+    RY_TRY(read_header(t));
+    while (found) {
+        RY_TRY(ry_csv_next(&t->csv, &found, t->error));
+        RY_TRY(found ? read_row(t) : RY_OK);
     }
-    t->place.line = 0;
-    if (t->target->n == 0) {
-        return ry_place_fail(t->place, NULL, t->error,
-                             "no points; it needs a header theta,q_star and at least one row");
-    }
-    return RY_OK;
+    return t->target->n > 0 ? RY_OK
+                            : ry_place_fail(t->csv.place, NULL, t->error,
+                                            "no points; it needs a header theta,q_star and at least one row");
 }
 
 ry_status ry_target_parse(ry_target *target, const char *text, const char *name, ry_error *error)
 {
     *target = (ry_target){.name = strdup(name)};
-    table t = {.target = target, .error = error, .place = {.name = name}, .column = {-1, -1, -1}};
-    if (strncmp(text, "\xEF\xBB\xBF", 3) == 0) { /* spreadsheets begin so */
-        text += 3;
-    }
+    table t = {.target = target, .error = error, .column = {-1, -1, -1}};
     char *const copy = strdup(text);
-    ry_status status =
-        copy == NULL || target->name == NULL ? ry_no_memory(error, strlen(text)) : RY_OK;
-    if (status == RY_OK && !ry_yaml_is_utf8(text)) {
-        status =
-            ry_place_fail(t.place, NULL, error, "not a text file (UTF-8); a table is CSV text");
-    }
-    if (status == RY_OK) {
-        status = read_lines(&t, copy);
-    }
+    const ry_status status =
+        copy == NULL || target->name == NULL ? ry_no_memory(error, strlen(text)) : read_table(&t, copy);
     free(copy);
     if (status != RY_OK) {
         ry_target_free(target);

@@ -15,19 +15,25 @@
 static ry_status read_stream(FILE *file, const char *path, size_t largest, const char *what,
                              char **text, ry_error *error)
 {
-    struct stat info;
+    struct stat info = {0};
     if (fstat(fileno(file), &info) == 0 && S_ISDIR(info.st_mode)) {
         return ry_fail(error, RY_BAD_FILE, "%s: a folder, not %s", path, what);
     }
-    *text = malloc(largest + 2);
+    /* What has no size of its own (a pipe) may be as large as is allowed. */
+    const int is_small = S_ISREG(info.st_mode) && info.st_size > 0 && (size_t)info.st_size < largest;
+    const size_t room = is_small ? (size_t)info.st_size : largest;
+    *text = malloc(room + 2);
     if (*text == NULL) {
-        return ry_no_memory(error, largest);
+        return ry_no_memory(error, room);
     }
-    const size_t length = fread(*text, 1, largest + 1, file);
+    const size_t length = fread(*text, 1, room + 1, file);
     if (ferror(file)) {
         return ry_fail(error, RY_BAD_FILE, "%s: can't be read: %s", path, strerror(errno));
     }
-    if (length > largest) {
+    if (length > room && is_small) {
+        return ry_fail(error, RY_BAD_FILE, "%s: was written to while it was read", path);
+    }
+    if (length > room) {
         return ry_fail(error, RY_BAD_INPUT, "%s: larger than %zu MiB; not %s", path, largest >> 20,
                        what);
     }

@@ -35,6 +35,10 @@ void ry_config_free(ry_config *config)
         return;
     }
     free(config->particles);
+    for (int k = 0; k < config->n_tables; k++) {
+        free(config->tables[k]);
+    }
+    free(config->tables);
     free(config->title);
     free(config->text);
     free(config->path);

@@ -7,6 +7,7 @@
 #define RY_CONFIG_READER_H
 
 #include "config/keys.h"
+#include "config/particle.h"
 #include "config/yaml.h"
 
 /* Where a value came from; later ones replace earlier ones. */
@@ -37,6 +38,10 @@ ry_status ry_reader_value(ry_reader *reader, const char *section, const char *ke
 
 /* Reads reader->particles into the config. */
 ry_status ry_reader_particles(ry_reader *reader);
+
+/* Appends the grains of a table (CSV) to the config's; `like` says what it has no column for. `capacity` is that of
+ * config->particles. */
+ry_status ry_particle_table_read(const ry_reader *reader, const char *path, ry_particle like, size_t *capacity);
 
 /* A real within a range at `node`, for parameters and particles alike. */
 ry_status ry_reader_real(const ry_reader *reader, const yaml_node_t *node, const char *path,

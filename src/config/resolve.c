@@ -35,6 +35,12 @@ ry_status ry_check_fail(const ry_check *check, int key, const char *format, ...)
     return ry_place_fail(place_of(check, key), path, check->error, "%s", what);
 }
 
+static ry_place particle_place(const ry_config *config, int index)
+{
+    const ry_particle *const p = &config->particles[index];
+    return (ry_place){.name = p->table > 0 ? config->tables[p->table - 1] : config->path, .line = p->line};
+}
+
 ry_status ry_check_fail_particle(const ry_check *check, int index, const char *format, ...)
 {
     char what[1000], path[80];
@@ -43,17 +49,18 @@ ry_status ry_check_fail_particle(const ry_check *check, int index, const char *f
     (void)vsnprintf(what, sizeof what, format, arguments);
     va_end(arguments);
     (void)snprintf(path, sizeof path, "particles[%d]", index);
-    const ry_place place = {.name = check->config->path,
-                            .line = check->config->particles[index].line};
-    return ry_place_fail(place, path, check->error, "%s", what);
+    return ry_place_fail(particle_place(check->config, index), path, check->error, "%s", what);
 }
 
 ry_quote ry_check_name(const ry_check *check, int index)
 {
     ry_quote name;
-    const int line = check->config->particles[index].line;
-    if (line > 0) {
-        (void)snprintf(name.text, sizeof name.text, "the one of line %d", line);
+    const ry_place place = particle_place(check->config, index);
+    const ry_quote file = ry_place_quote(place.name);
+    if (place.line > 0 && check->config->particles[index].table > 0) {
+        (void)snprintf(name.text, sizeof name.text, "line %d of %.40s", place.line, file.text);
+    } else if (place.line > 0) {
+        (void)snprintf(name.text, sizeof name.text, "the one of line %d", place.line);
     } else {
         (void)snprintf(name.text, sizeof name.text, "particles[%d]", index);
     }

@@ -10,18 +10,13 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "config/particle.h"
 #include "io/result_private.h"
 
 #define GROUP "parameters"
 #define UNITS "parameters/units"
 #define PARTICLES "parameters/particles"
 #define SCENE "parameters/scene"
-
-enum { PARTICLE_NUMBERS = 8 };
-static const char *const particle_names[PARTICLE_NUMBERS] = {
-    "x", "z", "vx", "vz", "spin", "diameter", "density", "fixed"};
-static const char *const particle_units[PARTICLE_NUMBERS] = {"m",     "m", "m/s",    "m/s",
-                                                             "rad/s", "m", "kg/m^3", "1"};
 
 typedef struct key {
     char text[80];
@@ -66,13 +61,11 @@ static int write_parameter(hid_t file, const ry_parameter *parameter)
 
 static double *particle_numbers(const ry_config *config)
 {
-    double *const numbers = ry_array((size_t)config->n_particles, sizeof(double[PARTICLE_NUMBERS]));
+    double *const numbers = ry_array((size_t)config->n_particles, sizeof(double[RY_PARTICLE_NUMBERS]));
     for (int k = 0; numbers != NULL && k < config->n_particles; ++k) {
-        const ry_particle *const one = &config->particles[k];
-        const double row[PARTICLE_NUMBERS] = {one->position[0], one->position[1], one->velocity[0],
-                                              one->velocity[1], one->spin,        one->diameter,
-                                              one->density,     one->fixed};
-        memcpy(numbers + (size_t)k * PARTICLE_NUMBERS, row, sizeof row);
+        for (int j = 0; j < RY_PARTICLE_NUMBERS; ++j) {
+            numbers[k * RY_PARTICLE_NUMBERS + j] = ry_particle_get(&config->particles[k], j);
+        }
     }
     return numbers;
 }
@@ -84,11 +77,11 @@ static int write_particles(hid_t file, const ry_config *config)
     }
     double *const numbers = particle_numbers(config);
     const ry_h5_shape shape = {
-        H5T_NATIVE_DOUBLE, 2, {(hsize_t)config->n_particles, PARTICLE_NUMBERS}};
+        H5T_NATIVE_DOUBLE, 2, {(hsize_t)config->n_particles, RY_PARTICLE_NUMBERS}};
     const int failed =
         numbers == NULL || ry_h5_write(file, PARTICLES, &shape, numbers) != 0 ||
-        ry_h5_set_texts(file, PARTICLES, "columns", PARTICLE_NUMBERS, particle_names) != 0 ||
-        ry_h5_set_texts(file, PARTICLES, "units", PARTICLE_NUMBERS, particle_units) != 0;
+        ry_h5_set_texts(file, PARTICLES, "columns", RY_PARTICLE_NUMBERS, ry_particle_names) != 0 ||
+        ry_h5_set_texts(file, PARTICLES, "units", RY_PARTICLE_NUMBERS, ry_particle_units) != 0;
     free(numbers);
     return failed ? -1 : 0;
 }
@@ -204,10 +197,10 @@ static void compare_word(hid_t file, const char *name, const char *now, differen
 
 static void compare_particle(int k, const double *then, const double *now, differences *list)
 {
-    for (int j = 0; j < PARTICLE_NUMBERS; ++j) {
+    for (int j = 0; j < RY_PARTICLE_NUMBERS; ++j) {
         if (!same_number(then[j], now[j])) {
             add_difference(list, "\n  particles[%d].%s: %s in the file, now %s", k,
-                           particle_names[j], shortest(then[j]).text, shortest(now[j]).text);
+                           ry_particle_names[j], shortest(then[j]).text, shortest(now[j]).text);
         }
     }
 }
@@ -222,13 +215,13 @@ static void compare_particles(hid_t file, const ry_config *config, differences *
         add_difference(list, "\n  particles: %d in the file, now %d", n, config->n_particles);
         return;
     }
-    const size_t numbers = (size_t)n * PARTICLE_NUMBERS;
+    const size_t numbers = (size_t)n * RY_PARTICLE_NUMBERS;
     double *const now = particle_numbers(config);
     double *const then = ry_array(numbers, sizeof *then);
     if (n > 0 && now != NULL && then != NULL &&
         ry_h5_read(file, PARTICLES, H5T_NATIVE_DOUBLE, numbers, then) == 0) {
         for (int k = 0; k < n; ++k) {
-            compare_particle(k, then + k * PARTICLE_NUMBERS, now + k * PARTICLE_NUMBERS, list);
+            compare_particle(k, then + k * RY_PARTICLE_NUMBERS, now + k * RY_PARTICLE_NUMBERS, list);
         }
     }
     free(now);

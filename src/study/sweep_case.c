@@ -9,6 +9,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "config/keys.h"
+#include "config/particle.h"
 #include "study/sweep_private.h"
 
 /* --- what a case is ----------------------------------------------------------------------------- */
@@ -99,10 +100,11 @@ static void describe_scene(const ry_sweep_run *run, FILE *out)
     }
     fprintf(out, "output.fields = %u\n", run->base.output_fields);
     for (int k = 0; k < run->base.n_particles; k++) {
-        const ry_particle *const q = &run->base.particles[k];
-        fprintf(out, "particles[%d] = %.17g %.17g %.17g %.17g %.17g %.17g %.17g %d\n", k,
-                q->position[0], q->position[1], q->velocity[0], q->velocity[1], q->spin,
-                q->diameter, q->density, q->fixed);
+        fprintf(out, "particles[%d] =", k);
+        for (int j = 0; j < RY_PARTICLE_NUMBERS; j++) {
+            fprintf(out, " %.17g", ry_particle_get(&run->base.particles[k], j));
+        }
+        fprintf(out, "\n");
     }
 }
 

@@ -14,6 +14,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "config/particle.h"
 #include "io/table_file.h"
 #include "study/each.h"
 #include "study/tune_private.h"
@@ -260,6 +261,12 @@ static ry_status open_journal(ry_tune_run *run, ry_error *error)
 {
     const ry_tune_fit *const fit = &run->fit;
     uint64_t hash = mix(1469598103934665603u, run->base.text, strlen(run->base.text));
+    for (int k = 0; k < run->base.n_particles; k++) { /* the text may name a table of them */
+        for (int j = 0; j < RY_PARTICLE_NUMBERS; j++) {
+            const double number = ry_particle_get(&run->base.particles[k], j);
+            hash = mix(hash, &number, sizeof number);
+        }
+    }
     for (int i = 0; i < fit->n_theta; i++) {
         hash = mix(hash, &fit->theta[i], sizeof(double));
         hash = mix(hash, &fit->target[i], sizeof(double));

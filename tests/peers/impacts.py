@@ -93,14 +93,18 @@ def stiffness():
 
 
 def write_scene(scene, path):
+    """The scene, and its grains in a table beside it."""
+    table = path.with_suffix(".csv")
     x = f"{{length: {scene.length!r}, periodic: true}}" if scene.length else "{periodic: false}"
     with open(path, "w") as file:
         file.write(f"domain: {x}\ncontact: {{stiffness: {stiffness()!r}, restitution: {scene.e}, friction: 0}}\n"
-                   "output: {fields: [flux], interval: 1 s}\nparticles:\n")
-        for (px, pz), (vx, vz), d, fixed in zip(scene.position.tolist(), scene.velocity.tolist(),
-                                                scene.diameter.tolist(), scene.fixed.tolist()):
-            file.write(f"- {{position: [{px!r}, {pz!r}], velocity: [{vx!r}, {vz!r}], diameter: {d!r}, density: {DENSITY}"
-                       f"{', fixed: true' * fixed}}}\n")
+                   "output: {fields: [flux], interval: 1 s}\n"
+                   f"particles: [{{file: {table.name}, density: {DENSITY}}}]\n")
+    with open(table, "w") as file:
+        file.write("x,z,vx,vz,diameter,fixed\n")
+        for (x, z), (vx, vz), d, fixed in zip(scene.position.tolist(), scene.velocity.tolist(),
+                                              scene.diameter.tolist(), scene.fixed.tolist()):
+            file.write(f"{x!r},{z!r},{vx!r},{vz!r},{d!r},{fixed}\n")
 
 
 def ryusa(program, scene, folder, law, parts, cores):
