@@ -29,10 +29,10 @@ typedef struct ry_stage {
     const char *reads, *writes;
     ry_stage_fn *run;    /* NULL: a pass over the bed, which goes with that of contact */
     int pass;
-    double seconds;      /* spent, extrapolated from the steps that were timed */
+    double seconds;      /* spent in the steps that were timed, one in RY_TIME_EVERY */
 } ry_stage;
 
-enum { RY_MOST_STAGES = 10 };
+enum { RY_MOST_STAGES = 10, RY_TIME_EVERY = 13 };
 
 /* What goes through the bed block by block (stage/blocks.h). */
 enum {

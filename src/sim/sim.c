@@ -12,8 +12,7 @@
 #include "scene/scene.h"
 #include "sim/kept.h"
 
-/* Steps between checks that the state is still physical, and between steps whose stages are timed. */
-enum { CHECK_EVERY = 256, TIME_EVERY = 13 };
+enum { CHECK_EVERY = 256 }; /* steps between checks that the state is still physical */
 /* Larger simulations keep no second state in memory: after a failure their last checkpoint is left. */
 enum { MOST_TO_KEEP = 200000 };
 
@@ -252,7 +251,7 @@ ry_status ry_sim_step(ry_sim *sim, long long n, ry_error *error)
 {
     RY_TRY(refuse_broken(sim, error));
     for (long long k = 0; k < n; k++) {
-        const int timed = sim->state.step % TIME_EVERY == 0;
+        const int timed = sim->state.step % RY_TIME_EVERY == 0;
         RY_TRY(step_once(sim, timed, error));
         sim->timed += timed;
         if (sim->state.step % CHECK_EVERY == 0) {

@@ -280,9 +280,12 @@ static void share_time(ry_plan *plan, double seconds)
     memset(plan->spent, 0, sizeof plan->spent);
 }
 
+/* Lists are made in few steps, which may be none of those that are timed, or all of them: each list is timed, and counts
+ * as its share of a timed step. */
 ry_status ry_plan_step(ry_plan *plan, ry_state *state, int timed, ry_error *error)
 {
-    double before = timed ? ry_clock() : 0.0;
+    const int lists = plan->must_rebuild;
+    double before = timed || lists ? ry_clock() : 0.0;
     plan->timed = timed;
     for (int s = 0; s < plan->n_stages; s++) {
         ry_stage *const row = &plan->stage[s];
@@ -290,9 +293,12 @@ ry_status ry_plan_step(ry_plan *plan, ry_state *state, int timed, ry_error *erro
             continue;
         }
         RY_TRY(row->run(plan, state, error));
-        if (timed) {
+        const int makes_lists = row->run == run_neighbor;
+        if (timed || (lists && makes_lists)) {
             const double now = ry_clock();
-            if (row->pass == RY_PASS_NONE) {
+            if (makes_lists) {
+                row->seconds += (now - before) / RY_TIME_EVERY;
+            } else if (row->pass == RY_PASS_NONE) {
                 row->seconds += now - before;
             } else {
                 share_time(plan, now - before);
