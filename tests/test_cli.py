@@ -137,6 +137,13 @@ class Cli(unittest.TestCase):
             straight = self.run_program("run", "scene.yaml", "-s", end, "-o", "straight.h5", "--force")
             self.assertEqual(self.hash_of(resumed), self.hash_of(straight))
 
+    def test_resume_with_an_end_that_is_past(self):
+        time_stopped, name = self.stop_and_go_on(signal.SIGINT)
+        r = self.run_program("run", "scene.yaml", "-s", "time.end=40 ms", "-o", name, "--resume")
+        self.assertEqual(r.returncode, 0, r.stderr)
+        found = re.search(r"note +it had come to t = (\S+) s, beyond time.end = 0.04 s: no step", r.stdout)
+        self.assertAlmostEqual(float(found.group(1)) / time_stopped, 1.0, 3)
+
     def test_terminal(self):
         try:
             pid, terminal = pty.fork()

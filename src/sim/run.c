@@ -374,6 +374,11 @@ static ry_status run(ry_runner *r, const ry_config *config, ry_error *error)
     }
     r->first = r->sim->state.step;
     r->last = r->sim->plan.derived.steps_end;
+    if (r->first > r->last) {
+        snprintf(r->result->note, sizeof r->result->note,
+                 "it had come to t = %.9g s, beyond time.end = %.9g s: no step was taken, the result ends where it stood",
+                 r->sim->state.time, config->time_end);
+    }
     r->started = r->shown = r->flushed = r->saved = ry_clock();
     const ry_status status = loop(r, error);
     if (status == RY_OK || status == RY_STOPPED) { /* nobody has looked at the last steps */
