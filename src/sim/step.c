@@ -280,8 +280,8 @@ static void share_time(ry_plan *plan, double seconds)
     memset(plan->spent, 0, sizeof plan->spent);
 }
 
-/* Lists are made in few steps, which may be none of those that are timed, or all of them: each list is timed, and counts
- * as its share of a timed step. */
+/* Lists are made in few steps, which may be none of those that are timed, or all of them: each list is timed, and
+ * counts as its share of a timed step. */
 ry_status ry_plan_step(ry_plan *plan, ry_state *state, int timed, ry_error *error)
 {
     const int lists = plan->must_rebuild;
