@@ -118,7 +118,7 @@ static ry_status set_up(ry_sim *sim, int threads, ry_error *error)
 
 ry_sim *ry_sim_adopt(const ry_config *config, ry_state *state, int threads, ry_error *error)
 {
-    ry_sim *const sim = calloc(1, sizeof *sim);
+    ry_sim *const sim = ry_array(1, sizeof *sim);
     if (sim == NULL) {
         ry_no_memory(error, sizeof *sim);
         ry_state_free(state);

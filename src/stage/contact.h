@@ -6,6 +6,7 @@
 #ifndef RY_STAGE_CONTACT_H
 #define RY_STAGE_CONTACT_H
 
+#include "base/memory.h"
 #include "law/bond.h"
 #include "law/wet.h"
 #include "stage/motion.h"
@@ -30,13 +31,14 @@ enum { RY_MOST_AHEAD = 24 };
 /* What a pair has lost in the last step, and by an impact in this one. */
 enum { RY_LOST_DASHPOT, RY_LOST_FRICTION, RY_LOST_IMPACT, RY_LOST };
 
-/* A block of pairs, their members side by side. Differences are partner less owner. */
+/* A block of pairs, their members side by side, each from a cache line on: else every second load of the widest vectors
+ * straddles two. Differences are partner less owner. */
 typedef struct ry_near {
     int32_t n, n_padded; /* n filled up to a multiple of RY_LANES */
     const int32_t *i, *j; /* storage indices */
     int opens, young; /* a pair may have parted in this step; a contact be in its first steps */
     /* in: */
-    double dx[RY_CONTACT_BLOCK], dz[RY_CONTACT_BLOCK], distance[RY_CONTACT_BLOCK]; /* [m] */
+    _Alignas(RY_ALIGNMENT) double dx[RY_CONTACT_BLOCK], dz[RY_CONTACT_BLOCK], distance[RY_CONTACT_BLOCK]; /* [m] */
     double dvx[RY_CONTACT_BLOCK], dvz[RY_CONTACT_BLOCK]; /* [m/s] */
     double radii[RY_CONTACT_BLOCK], turn[RY_CONTACT_BLOCK]; /* sums of r [m], of spin x r [m/s] */
     double im[RY_CONTACT_BLOCK], tm[RY_CONTACT_BLOCK]; /* sums of the inverse masses [1/kg] */
@@ -51,18 +53,18 @@ typedef struct ry_near {
 #undef RY_BOND_NEAR
     const double *own; /* e, or zeta2 of laws with a damping ratio, of each contact */
     /* out: */
-    double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK]; /* a slot of ry_pairs */
+    _Alignas(RY_ALIGNMENT) double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK]; /* a slot of ry_pairs */
     double pt[RY_CONTACT_BLOCK], mark[RY_CONTACT_BLOCK];
     double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK]; /* as in ry_pairs */
     double jn[RY_CONTACT_BLOCK], en[RY_CONTACT_BLOCK]; /* of young contacts, as in ry_pairs; with ledger */
-    double lost[RY_LOST][RY_CONTACT_BLOCK]; /* [J] */
+    _Alignas(RY_ALIGNMENT) double lost[RY_LOST][RY_CONTACT_BLOCK]; /* [J] */
     ry_ledger *books; /* to which it is added */
 #define RY_TOUCH_NEAR(name, unit, text) double *t_##name; /* as slip */
     RY_TOUCH_FIELDS(RY_TOUCH_NEAR)
 #undef RY_TOUCH_NEAR
 #define RY_TOUCH_ONE(name, unit, text) +1
 #define RY_BOND_ONE(name) +1
-    double spare[3 RY_TOUCH_FIELDS(RY_TOUCH_ONE) RY_BOND_FIELDS(RY_BOND_ONE)][RY_CONTACT_BLOCK];
+    _Alignas(RY_ALIGNMENT) double spare[3 RY_TOUCH_FIELDS(RY_TOUCH_ONE) RY_BOND_FIELDS(RY_BOND_ONE)][RY_CONTACT_BLOCK];
     int32_t list[3][RY_CONTACT_BLOCK]; /* pairs, owners, partners of a block that is not a run of the list */
 } ry_near;
 
@@ -84,7 +86,7 @@ struct ry_contact {
     ry_contact_fn *kernel;
     ry_contact_fn *young; /* for contacts in their first steps, if the law treats those apart; else NULL */
     ry_film film;
-    double dry[RY_CONTACT_BLOCK]; /* without film: ry_near.own of any contact */
+    _Alignas(RY_ALIGNMENT) double dry[RY_CONTACT_BLOCK]; /* without film: ry_near.own of any contact */
     ry_law_coef coef;
     ry_bond bond[2];  /* of equal grains: both free to move; one immovable */
     double tm[2];     /* their tm, see ry_bond_make [1/kg] */

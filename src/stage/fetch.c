@@ -37,45 +37,13 @@ RY_INLINE void fetch_four(const double (*body)[RY_BODY], ry_near *near, int32_t 
     ry_four_store(near->tm + k, motion[RY_BODY_TM - RY_BODY_VX]);
 }
 
-/* or, where vectors are so wide, a whole one. */
-RY_INLINE void fetch_eight(const double (*body)[RY_BODY], ry_near *near, int32_t k)
+/* Their distances, with the nearest images; whether contacts have opened, or are in their first steps. */
+RY_INLINE void find_distances(const ry_contact *c, ry_near *near)
 {
-    const ry_eight flip = {-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0};
-    double *const to[RY_BODY] = {near->dx, near->dz, near->radii, near->turn, near->dvx, near->dvz, near->im, near->tm};
-    ry_eight row[8];
-    for (int32_t m = 0; m < 8; m++) {
-        ry_eight owner, partner;
-        ry_eight_load(&owner, body[near->i[k + m]]);
-        ry_eight_load(&partner, body[near->j[k + m]]);
-        row[m] = partner + flip * owner;
-    }
-    ry_eight_turn(row);
-    for (int32_t m = 0; m < RY_BODY; m++) {
-        ry_eight_store(to[m] + k, &row[m]);
-    }
-}
-
-RY_INLINE void fetch_body(const ry_contact *c, ry_near *near, const int wide, const int ahead)
-{
-    const double (*const body)[RY_BODY] = c->body;
-    const int32_t n = near->n_padded, at_once = wide ? 8 : 4;
-    for (int32_t k = 0; k < n; k += at_once) {
-        if (wide) {
-            fetch_eight(body, near, k);
-        } else {
-            fetch_four(body, near, k);
-        }
-        for (int32_t m = 0; ahead && m < at_once; m += 2) { /* two pairs have about one owner */
-            __builtin_prefetch(body[near->i[k + m / 4 * 4] + m % 4 / 2] + AHEAD * RY_BODY);
-        }
-        for (int a = 0; ahead && k % A_LINE == 0 && a < c->n_ahead; a++) {
-            __builtin_prefetch(c->ahead[a] + near->i[k]);
-        }
-    }
     const double length = c->length, half = c->half;
     int opens = 0, young = 0;
 #pragma omp simd reduction(| : opens, young)
-    for (int32_t k = 0; k < n; k++) {
+    for (int32_t k = 0; k < near->n_padded; k++) {
         const double dx = ry_nearest(near->dx[k], length, half), dz = near->dz[k];
         const double distance = sqrt(dx * dx + dz * dz), age = near->age[k];
         const int touches = distance < near->radii[k];
@@ -88,15 +56,100 @@ RY_INLINE void fetch_body(const ry_contact *c, ry_near *near, const int wide, co
     near->young = young;
 }
 
-#define FETCH(name, target, wide, ahead)                        \
-    target static void name(const ry_contact *c, ry_near *near) \
-    {                                                           \
-        fetch_body(c, near, wide, ahead);                       \
+/* Asks for what pairs further on will want. */
+RY_INLINE void ask_ahead(const ry_contact *c, const ry_near *near, int32_t k, int32_t at_once)
+{
+    for (int32_t m = 0; m < at_once; m += 2) { /* two pairs have about one owner */
+        __builtin_prefetch(c->body[near->i[k + m / 4 * 4] + m % 4 / 2] + AHEAD * RY_BODY);
     }
-FETCH(fetch_cached, RY_CLONES, 0, 0)
-FETCH(fetch_ahead, RY_CLONES, 0, 1)
-FETCH(fetch_cached_wide, RY_WIDE, 1, 0)
-FETCH(fetch_ahead_wide, RY_WIDE, 1, 1)
+    for (int a = 0; k % A_LINE == 0 && a < c->n_ahead; a++) {
+        __builtin_prefetch(c->ahead[a] + near->i[k]);
+    }
+}
+
+RY_INLINE void fetch_body(const ry_contact *c, ry_near *near, const int ahead)
+{
+    for (int32_t k = 0; k < near->n_padded; k += 4) {
+        fetch_four(c->body, near, k);
+        if (ahead) {
+            ask_ahead(c, near, k, 4);
+        }
+    }
+    find_distances(c, near);
+}
+
+#define FETCH(name, ahead)                                         \
+    RY_CLONES static void name(const ry_contact *c, ry_near *near) \
+    {                                                              \
+        fetch_body(c, near, ahead);                                \
+    }
+FETCH(fetch_cached, 0)
+FETCH(fetch_ahead, 1)
+
+#if RY_INTRINSICS
+/* Where vectors are so wide one load fetches a whole grain, and what is found of eight pairs stays in registers: the roots
+ * of some are taken while others are fetched. */
+RY_WIDE static inline void fetch_eight(const double (*body)[RY_BODY], ry_near *near, int32_t k, __m512d row[8])
+{
+    const ry_eight flip = {-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0};
+    ry_eight *const rows = (ry_eight *)row;
+    for (int32_t m = 0; m < 8; m++) {
+        ry_eight owner, partner;
+        ry_eight_load(&owner, body[near->i[k + m]]);
+        ry_eight_load(&partner, body[near->j[k + m]]);
+        rows[m] = partner + flip * owner;
+    }
+    ry_eight_turn(rows);
+}
+
+/* ry_nearest */
+RY_WIDE static inline __m512d nearest_of_eight(__m512d dx, __m512d length, __m512d half)
+{
+    const __mmask8 right = _mm512_cmp_pd_mask(dx, half, _CMP_GT_OQ);
+    const __mmask8 left = _mm512_cmp_pd_mask(dx, _mm512_sub_pd(_mm512_setzero_pd(), half), _CMP_LT_OQ);
+    return _mm512_mask_add_pd(_mm512_mask_sub_pd(dx, right, dx, length), left, dx, length);
+}
+
+RY_WIDE static inline void fetch_wide(const ry_contact *c, ry_near *near, const int ahead)
+{
+    double *const to[RY_BODY] = {near->dx, near->dz, near->radii, near->turn, near->dvx, near->dvz, near->im, near->tm};
+    const __m512d length = _mm512_set1_pd(c->length), half = _mm512_set1_pd(c->half);
+    __mmask8 opens = 0, young = 0;
+    for (int32_t k = 0; k < near->n_padded; k += 8) {
+        __m512d row[8];
+        fetch_eight(c->body, near, k, row);
+        const __m512d dx = nearest_of_eight(row[RY_BODY_X], length, half), dz = row[RY_BODY_Z];
+        const __m512d distance = _mm512_sqrt_pd(_mm512_add_pd(_mm512_mul_pd(dx, dx), _mm512_mul_pd(dz, dz)));
+        const __m512d age = _mm512_loadu_pd(near->age + k);
+        const __mmask8 touches = _mm512_cmp_pd_mask(distance, row[RY_BODY_R], _CMP_LT_OQ);
+        opens |= (__mmask8)~touches & _mm512_cmp_pd_mask(age, _mm512_setzero_pd(), _CMP_NEQ_UQ);
+        young |= touches & _mm512_cmp_pd_mask(age, _mm512_set1_pd(RY_IMPACT_STEPS), _CMP_LT_OQ);
+        row[RY_BODY_X] = dx;
+        for (int32_t m = 0; m < RY_BODY; m++) {
+            _mm512_storeu_pd(to[m] + k, row[m]);
+        }
+        _mm512_storeu_pd(near->distance + k, distance);
+        if (ahead) {
+            ask_ahead(c, near, k, 8);
+        }
+    }
+    near->opens = opens;
+    near->young = young;
+}
+
+RY_WIDE static void fetch_cached_wide(const ry_contact *c, ry_near *near)
+{
+    fetch_wide(c, near, 0);
+}
+
+RY_WIDE static void fetch_ahead_wide(const ry_contact *c, ry_near *near)
+{
+    fetch_wide(c, near, 1);
+}
+#else
+#define fetch_cached_wide fetch_cached
+#define fetch_ahead_wide fetch_ahead
+#endif
 
 static void fetch_grains(const ry_contact *c, ry_near *near)
 {

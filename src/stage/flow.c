@@ -69,14 +69,14 @@ RY_INLINE double drag_rate(double rx, double rz, double area, double viscous, do
 
 /* What a block of grains sees. */
 typedef struct ry_seen {
-    double u[RY_BLOCK], gradient[RY_BLOCK], hinder[RY_BLOCK];
+    _Alignas(RY_ALIGNMENT) double u[RY_BLOCK], gradient[RY_BLOCK], hinder[RY_BLOCK];
 } ry_seen;
 
 RY_INLINE void see_block(const ry_flow *f, const double *z, int32_t n, ry_seen *out)
 {
     const ry_flow flow = *f; /* a copy that nothing written to below can alias */
     int32_t cell[RY_BLOCK];
-    double part[RY_BLOCK];
+    _Alignas(RY_ALIGNMENT) double part[RY_BLOCK];
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
         const ry_spot spot = find_spot(&flow, z[k]);

@@ -72,6 +72,10 @@ RY_INLINE void ry_four_turn(ry_four *r)
 #endif
 #endif
 
+#if RY_INTRINSICS
+#include <immintrin.h>
+#endif
+
 RY_INLINE int ry_is_wide(void)
 {
     return RY_HAS_WIDE != 0;

@@ -11,10 +11,6 @@
 #include "law/law.h"
 #include "stage/four.h"
 
-#if RY_INTRINSICS
-#include <immintrin.h>
-#endif
-
 static ry_status make(double **array, size_t n, int wanted, ry_error *error)
 {
     *array = wanted ? ry_array(n, sizeof(double)) : NULL;
@@ -360,7 +356,7 @@ static void gather_shifts(const ry_motion *m, const ry_pairs *pairs, int32_t beg
 
 void ry_motion_gather(const ry_motion *m, const ry_pairs *pairs, int32_t begin, int32_t end, ry_way way, int chunk)
 {
-    double marks[RY_BLOCK];
+    _Alignas(RY_ALIGNMENT) double marks[RY_BLOCK];
     const int plain = way.mask == -1 && way.base == 0;
     const int near = way.mask != 0;
     (plain ? gather_plain : near ? (ry_is_wide() ? gather_near_wide : gather_near) : gather_far)(
@@ -465,7 +461,7 @@ void ry_motion_integrate(const ry_motion *m, ry_grains *g, double *x0, const dou
                          int32_t begin, int32_t end, int chunk)
 {
     const int32_t at = ry_motion_at(m, begin, chunk), push_at = ry_motion_push_at(m, begin, chunk), n = end - begin;
-    double over[RY_BLOCK], work[RY_BLOCK];
+    _Alignas(RY_ALIGNMENT) double over[RY_BLOCK], work[RY_BLOCK];
     ry_extent *const extent = &m->extent[chunk];
     if (m->moves) {
         shift_range(m, g, begin, end);

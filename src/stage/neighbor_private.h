@@ -8,6 +8,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "base/memory.h"
 #include "base/parallel.h"
 #include "stage/neighbor.h"
 
@@ -34,7 +35,7 @@ RY_INLINE double ry_neighbor_safe(const ry_neighbor *b, double reach)
 
 enum { RY_STRETCH = 64 };
 typedef struct ry_seen {
-    int32_t column[RY_STRETCH], row[RY_STRETCH];
+    _Alignas(RY_ALIGNMENT) int32_t column[RY_STRETCH], row[RY_STRETCH];
     uint32_t x[RY_STRETCH], z[RY_STRETCH];
     float reach[RY_STRETCH];
     int32_t first[RY_STRETCH], last[RY_STRETCH], low[RY_STRETCH], high[RY_STRETCH]; /* see ry_window */

@@ -11,10 +11,6 @@
 #include "stage/four.h"
 #include "stage/neighbor_private.h"
 
-#if RY_INTRINSICS
-#include <immintrin.h>
-#endif
-
 typedef struct ry_find_task {
     ry_neighbor *neighbor;
     const ry_grains *grains;

@@ -18,7 +18,7 @@
 enum { BLOCK = 256, FIELDS = 15, PASSES = 400, TRIALS = 7 };
 
 typedef struct block {
-    double v[FIELDS][BLOCK];
+    _Alignas(RY_ALIGNMENT) double v[FIELDS][BLOCK];
 } block;
 
 typedef ry_push law_fn(const ry_bond q, const ry_touch t);
