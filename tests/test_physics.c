@@ -4,6 +4,7 @@
  * Whole simulations of few grains against closed forms.
  * ctest: timeout 120 */
 #include "scene_bench.h"
+#include "sim/sim.h"
 
 /* ---- no contact ---------------------------------------------------------------------------------- */
 
@@ -99,6 +100,33 @@ static void test_level_of_the_profile(void **state)
 
 /* A sphere thrown along a floor without spin: friction mu m g slows it by mu g and spins it up; it rolls
  * from t = 2 v0/(7 mu g) on with 5/7 v0 (angular momentum about the point of contact). */
+/* A grain that is shot out of the bed: in each step there is a velocity of the fluid for it that is no older than the
+ * column, also where it has left the column at the top, and when the flow sets in. */
+static void test_above_the_column(void **state)
+{
+    (void)state;
+    scene *const s = open_scene("time: {step: 10 us, end: 1, settle: 2 ms}\ngrains: {columns: 10, layers: 3}\n"
+                                "fluid: {model: balance, shields: 0.4, start: rest, density: 10}\n"
+                                "particles: [{position: [2 mm, 4 mm], velocity: [0, 15]}]\n");
+    const ry_flow *const f = &s->sim->plan.flow;
+    int above = 0;
+    for (int step = 0; step < 1200; step++) {
+        double highest = 0.0;
+        const ry_view v = ry_sim_view(s->sim);
+        for (int k = 0; k < v.n; k++) {
+            highest = fmax(highest, v.z[k]);
+        }
+        const int is_first = v.step == 200; /* of the flow */
+        const double vx = grain_of(s, 0).vx;
+        step_scene(s, 1);
+        above += highest > f->nz * f->dz;
+        assert_true(f->faces > f->nz || f->faces * f->dz > highest + f->dz);
+        assert_true(!is_first || (highest > f->nz * f->dz && grain_of(s, 0).vx > vx));
+    }
+    assert_true(above > 100);
+    close_scene(s);
+}
+
 static void test_sliding_to_rolling(void **state)
 {
     (void)state;
@@ -249,7 +277,7 @@ int main(void)
         cmocka_unit_test(test_free_flight),          cmocka_unit_test(test_terminal_velocity),
         cmocka_unit_test(test_level_of_the_profile), cmocka_unit_test(test_sliding_to_rolling),
         cmocka_unit_test(test_single_bounce),        cmocka_unit_test(test_bounces),
-        cmocka_unit_test(test_three_spheres),
+        cmocka_unit_test(test_three_spheres),        cmocka_unit_test(test_above_the_column),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

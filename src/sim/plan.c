@@ -236,10 +236,8 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     if (first >= 0) { /* where grains differ, tm and bond are not used */
         c->coef.g_dt2 = fall_alike(m, state->grains.n, m->weight[first]) ? -m->weight[first] * c->dt : 0.0;
         c->im_lone = m->im[first];
-        c->tm[0] = 2.0 * m->tm[first];
-        c->tm[1] = m->tm[first];
-        c->bond[0] = ry_bond_make(&c->coef, 2.0 * m->im[first], c->tm[0]);
-        c->bond[1] = ry_bond_make(&c->coef, m->im[first], c->tm[1]);
+        c->bond[0] = ry_bond_make(&c->coef, 2.0 * m->im[first], 2.0 * m->tm[first]);
+        c->bond[1] = ry_bond_make(&c->coef, m->im[first], m->tm[first]);
     }
 }
 

@@ -60,9 +60,11 @@ static ry_status run_neighbor(ry_plan *plan, ry_state *state, ry_error *error)
 static ry_status run_column(ry_plan *plan, ry_state *state, ry_error *error)
 {
     (void)error;
-    ry_flow_reach(&plan->flow, &state->column, plan->motion.highest + plan->neighbor.radius_max);
+    const double highest = plan->motion.highest + plan->neighbor.radius_max;
+    ry_flow_reach(&plan->flow, &state->column, highest);
     if (state->step % plan->flow.advance == 0) {
         ry_flow_advance(&plan->flow, state, &plan->motion, ry_plan_sets(plan));
+        ry_flow_reach(&plan->flow, &state->column, highest); /* who flies above the column is in no cell of it */
     }
     return RY_OK;
 }

@@ -42,6 +42,7 @@ typedef struct ry_near {
     double dvx[RY_CONTACT_BLOCK], dvz[RY_CONTACT_BLOCK]; /* [m/s] */
     double radii[RY_CONTACT_BLOCK], turn[RY_CONTACT_BLOCK]; /* sums of r [m], of spin x r [m/s] */
     double im[RY_CONTACT_BLOCK], tm[RY_CONTACT_BLOCK]; /* sums of the inverse masses [1/kg] */
+    double per_all[RY_CONTACT_BLOCK]; /* 1/(distance im tm radii), one division for four */
     /* of young contacts: as in ry_touch; 1 if the owner rests (ry_contact_rests) less 1 if the partner does; the
      * sum of inverse mass x young contacts of both grains [1/kg] */
     double crowd[RY_CONTACT_BLOCK], side[RY_CONTACT_BLOCK], share[RY_CONTACT_BLOCK];
@@ -89,7 +90,6 @@ struct ry_contact {
     _Alignas(RY_ALIGNMENT) double dry[RY_CONTACT_BLOCK]; /* without film: ry_near.own of any contact */
     ry_law_coef coef;
     ry_bond bond[2];  /* of equal grains: both free to move; one immovable */
-    double tm[2];     /* their tm, see ry_bond_make [1/kg] */
     double im_lone;   /* inverse mass of a grain, where all are equal [1/kg] */
     const double (*body)[RY_BODY]; /* what a pair needs of a grain, see ry_motion */
     double dt, length, half; /* half = length/2; infinite where x is not periodic */

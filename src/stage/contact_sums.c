@@ -27,8 +27,9 @@ ry_contact_depth ry_contact_deepest(const ry_contact *c, const ry_grains *g, con
 /* Pairs whose energies are found together: of grains, or of a grain and a wall. */
 typedef struct ry_batch {
     ry_near near;
-    _Alignas(RY_ALIGNMENT) double a[RY_CONTACT_BLOCK], stretch[RY_CONTACT_BLOCK]; /* as in ry_bond, where they are kept */
-    _Alignas(RY_ALIGNMENT) double normal[RY_CONTACT_BLOCK], tangential[RY_CONTACT_BLOCK]; /* [J] */
+    _Alignas(RY_ALIGNMENT) double a[RY_CONTACT_BLOCK]; /* as in ry_bond, where they are kept */
+    double stretch[RY_CONTACT_BLOCK];
+    double normal[RY_CONTACT_BLOCK], tangential[RY_CONTACT_BLOCK]; /* [J] */
 } ry_batch;
 
 /* See ry_contact_tangential, whose number the tangential one is. Laws whose closing step replaces the overlap hold no

@@ -49,6 +49,7 @@ RY_INLINE void find_distances(const ry_contact *c, ry_near *near)
         const int touches = distance < near->radii[k];
         near->dx[k] = dx;
         near->distance[k] = distance;
+        near->per_all[k] = 1.0 / (distance * near->im[k] * near->tm[k] * near->radii[k]);
         opens |= !touches & (age != 0.0);
         young |= touches & (age < RY_IMPACT_STEPS);
     }
@@ -87,8 +88,8 @@ FETCH(fetch_cached, 0)
 FETCH(fetch_ahead, 1)
 
 #if RY_INTRINSICS
-/* Where vectors are so wide one load fetches a whole grain, and what is found of eight pairs stays in registers: the roots
- * of some are taken while others are fetched. */
+/* Where vectors are so wide one load fetches a whole grain, and what is found of eight pairs stays in registers: the
+ * roots and divisions of some are taken while others are fetched. */
 RY_WIDE static inline void fetch_eight(const double (*body)[RY_BODY], ry_near *near, int32_t k, __m512d row[8])
 {
     const ry_eight flip = {-1.0, -1.0, 1.0, 1.0, -1.0, -1.0, 1.0, 1.0};
@@ -129,6 +130,9 @@ RY_WIDE static inline void fetch_wide(const ry_contact *c, ry_near *near, const 
             _mm512_storeu_pd(to[m] + k, row[m]);
         }
         _mm512_storeu_pd(near->distance + k, distance);
+        const __m512d masses = _mm512_mul_pd(_mm512_mul_pd(distance, row[RY_BODY_IM]), row[RY_BODY_TM]);
+        const __m512d all = _mm512_mul_pd(masses, row[RY_BODY_R]);
+        _mm512_storeu_pd(near->per_all + k, _mm512_div_pd(_mm512_set1_pd(1.0), all));
         if (ahead) {
             ask_ahead(c, near, k, 8);
         }
@@ -169,6 +173,7 @@ static void fetch_walls(const ry_contact *c, const ry_grains *g, ry_near *near)
         near->dx[k] = gap.dx;
         near->dz[k] = gap.dz;
         near->distance[k] = gap.distance;
+        near->per_all[k] = 1.0 / (gap.distance * near->im[k] * near->tm[k] * near->radii[k]);
     }
     near->opens = near->young = 1;
 }

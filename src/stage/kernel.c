@@ -123,7 +123,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         coef.hertz = 0.0;
     }
     const ry_bond pair = c->bond[0], lone = c->bond[1];
-    const double tm_pair = c->tm[0], tm_lone = c->tm[1], im_between = 1.5 * c->im_lone;
+    const double im_between = 1.5 * c->im_lone;
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
         const double distance = near->distance[k], sum = near->radii[k], ims = near->im[k];
@@ -132,8 +132,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const int touches = distance < sum;
         const int mine = which == ENDURING ? touches & (near->age[k] >= RY_IMPACT_STEPS) : touches;
         const int alone = ims < im_between;
-        const double tms = features & RY_CONTACT_SIZES ? near->tm[k] : (alone ? tm_lone : tm_pair);
-        const double per_all = 1.0 / (distance * ims * tms * sum); /* one division for four */
+        const double tms = near->tm[k], per_all = near->per_all[k]; /* one division for four */
         const double inverse = ims * tms * sum * per_all;
         const double nx = near->dx[k] * inverse, nz = near->dz[k] * inverse;
         const double per_ims = per_dt * (distance * tms * sum * per_all);
