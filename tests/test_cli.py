@@ -137,6 +137,16 @@ class Cli(unittest.TestCase):
             straight = self.run_program("run", "scene.yaml", "-s", end, "-o", "straight.h5", "--force")
             self.assertEqual(self.hash_of(resumed), self.hash_of(straight))
 
+    def test_breaks_down(self):
+        """In air, where the column ought to advance more often: grains leave the domain by many of its lengths."""
+        words = ("grains.columns=16", "grains.layers=8", "contact.law=tanaka", "grains.seed=25", "grains.spread=0",
+                 "contact.restitution=0.5", "contact.friction=0.3", "domain.floor=flat", "fluid.shields=0.4",
+                 "fluid.density=1.2", "time.settle=3 ms", "time.end=60 ms")
+        r = self.run_program("run", "scene.yaml", "-o", "broken.h5", "--quiet", *(w for o in words for w in ("-s", o)))
+        self.assertEqual((r.returncode, r.stdout), (3, ""))
+        self.assertRegex(r.stderr, r"^ryusa: step \d+ .*moves further than its diameter.* is kept.*fluid\.advance")
+        self.assertIn("q*", self.run_program("info", "broken.h5.part").stdout)
+
     def test_resume_with_an_end_that_is_past(self):
         time_stopped, name = self.stop_and_go_on(signal.SIGINT)
         r = self.run_program("run", "scene.yaml", "-s", "time.end=40 ms", "-o", name, "--resume")

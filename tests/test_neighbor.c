@@ -190,6 +190,33 @@ static void test_astray(void **state)
     }
 }
 
+/* Many have gone astray, as in a run that breaks down between two checks, by whole lengths of the domain and more: whom
+ * one has for a partner has it, too. */
+static void test_many_astray(void **state)
+{
+    (void)state;
+    const double far[] = {13.0, -0.5, 40.0, -1e4, 1e9, -1e30, 1e300, INFINITY, NAN, 24.0};
+    set_seed("many astray", 23);
+    for (int k = 0; k < 200; k++) {
+        cloud c;
+        make_cloud(&c, 100, k % 2, 12.0, 6.0, 1.0, evenly(0.1, 2.0), 1 + k % 3);
+        ry_grains *const g = &c.state.grains;
+        for (int i = 0; i < 40; i++) {
+            *(i % 3 == 0 ? &g->z[i] : &g->x[i]) = far[(int)evenly(0.0, 10.0)] + evenly(0.0, 1.0);
+            g->vx[i] *= i % 5 == 0 ? 1e6 : 1.0;
+        }
+        list_pairs(&c);
+        list_pairs(&c); /* with a memory of the one before */
+        for (int i = 0; i < g->n; i++) {
+            check_below(&c, i);
+            for (int j = 0; j < i; j++) {
+                assert_true(count_slots(&c, i, j) <= 1);
+            }
+        }
+        free_cloud(&c);
+    }
+}
+
 /* Pairs of a grain, of which those of moving grains grow with the area around them, at a horizon of so many steps. */
 static double pairs_at(double still, double moving, double steps)
 {
@@ -232,6 +259,7 @@ int main(void)
         cmocka_unit_test(test_skins),
         cmocka_unit_test(test_against_all_pairs),
         cmocka_unit_test(test_astray),
+        cmocka_unit_test(test_many_astray),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

@@ -193,11 +193,12 @@ static ry_status report(const ry_sim *sim, const char *what, int32_t k, ry_error
     if (sim->keeps_good) {
         snprintf(kept, sizeof kept, "the state of step %lld is kept", (long long)sim->good.step);
     }
+    const int steps = sim->plan.has_fluid ? sim->plan.flow.advance : 1;
     return ry_fail(error, RY_UNPHYSICAL,
                    "step %lld (t = %g s): %s: grain %d at x = %g m, z = %g m, v = (%g, %g) m/s; %s. A smaller "
-                   "time.step or a stiffer contact may help",
+                   "time.step%s or a stiffer contact may help",
                    (long long)sim->state.step, sim->state.time, what, (int)g->id[k], g->x[k], g->z[k],
-                   g->vx[k], g->vz[k], kept);
+                   g->vx[k], g->vz[k], kept, steps > 1 ? ", a smaller fluid.advance (in a gas)" : "");
 }
 
 /* A fast impact at half a diameter per step, which the laws still bear, drives a grain 0.7 of its diameter

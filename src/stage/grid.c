@@ -31,10 +31,6 @@ RY_CLONES static double set_limits(ry_neighbor *b, const ry_grains *g)
     return furthest;
 }
 
-typedef struct ry_bounds {
-    double left, right, bottom, top;
-} ry_bounds;
-
 RY_CLONES static ry_bounds bounds_of(const ry_grains *g)
 {
     double left = INFINITY, right = -INFINITY, bottom = INFINITY, top = -INFINITY;
@@ -49,13 +45,26 @@ RY_CLONES static ry_bounds bounds_of(const ry_grains *g)
     return (ry_bounds){left, right, bottom, top};
 }
 
-/* Positions as whole numbers that wrap where x does. Where it does not, zero is in the middle, and who is out of
- * bounds counts as being at their edge: all go closer together by that, so no pair is missed. */
+/* The box that the grid covers, which is never so large that numbers fail. Who is outside, for an instant of a run that
+ * breaks down, counts as being at its edge, for all that look for one another alike: all go closer together by that. */
+static ry_bounds lay_box(const ry_neighbor *b, ry_bounds in, double pair)
+{
+    const double most = 0x1p20 * pair;
+    ry_bounds box = {ry_within(in.left, -most, most), ry_within(in.right, -most, most),
+                     ry_within(in.bottom, -most, most), ry_within(in.top, -most, most)};
+    if (b->periodic) {
+        box.left = 0.0;
+        box.right = b->length;
+    }
+    return box;
+}
+
+/* Positions in the box as whole numbers that wrap where x does. Where it does not, zero is in the middle. */
 static ry_raster lay_raster(const ry_neighbor *b, ry_bounds in, double pair)
 {
-    const double most = 0x1p20 * pair, whole = 0x1p32, half = 0x1p31;
-    const double wide = fmin(fmax(fmax(fabs(in.left), fabs(in.right)), pair), most);
-    const double high = fmin(fmax(fmax(fabs(in.bottom), fabs(in.top)), pair), most);
+    const double whole = 0x1p32, half = 0x1p31;
+    const double wide = fmax(fmax(fabs(in.left), fabs(in.right)), pair);
+    const double high = fmax(fmax(fabs(in.bottom), fabs(in.top)), pair);
     ry_raster raster = {.per_x = b->periodic ? whole / b->length : 0.5 * half / wide, .per_z = 0.5 * half / high,
                         .zero_x = b->periodic ? 0.0 : 0.5 * half, .most_x = b->periodic ? whole : half};
     raster.x = (float)(1.0 / raster.per_x);
@@ -68,12 +77,8 @@ static ry_raster lay_raster(const ry_neighbor *b, ry_bounds in, double pair)
 static ry_status lay_cells(ry_neighbor *b, const ry_grains *g, ry_error *error)
 {
     const double reach = b->radius_max + set_limits(b, g), cell_x = CELL_WIDTH * reach, cell_z = CELL_HEIGHT * reach;
-    ry_bounds in = bounds_of(g);
+    const ry_bounds in = lay_box(b, bounds_of(g), 2.0 * reach);
     b->raster = lay_raster(b, in, 2.0 * reach);
-    if (b->periodic) {
-        in.left = 0.0;
-        in.right = b->length;
-    }
     const double most = 4096.0 + 2.0 * (double)g->n;
     const double width = in.right - in.left, height = in.top - in.bottom;
     double columns = fmax(1.0, floor(width / cell_x)), rows = fmax(1.0, floor(height / cell_z) + 1.0);
@@ -81,7 +86,7 @@ static ry_status lay_cells(ry_neighbor *b, const ry_grains *g, ry_error *error)
         rows = fmax(1.0, fmin(rows, floor(most / columns)));
         columns = fmax(1.0, fmin(columns, floor(most / rows)));
     }
-    b->grid = (ry_grid){.reach = ry_neighbor_safe(b, reach), .left = in.left, .bottom = in.bottom,
+    b->grid = (ry_grid){.reach = ry_neighbor_safe(b, reach), .box = in,
                         .per_x = 1.0 / (b->periodic ? width / columns : fmax(width / columns, cell_x)),
                         .per_z = 1.0 / fmax(height / rows, cell_z), .columns = (int32_t)columns, .rows = (int32_t)rows};
     return ry_array_grow(&b->cell_start, &b->n_cells_room, 0, (size_t)b->grid.columns * (size_t)b->grid.rows + 1,

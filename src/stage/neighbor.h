@@ -20,10 +20,14 @@ typedef struct ry_raster {
     float x, z;    /* a unit [m] */
 } ry_raster;
 
+typedef struct ry_bounds {
+    double left, right, bottom, top; /* [m] */
+} ry_bounds;
+
 /* Cells of equal size, column by column. */
 typedef struct ry_grid {
     double reach;        /* of the furthest grain, and what rounding takes [m] */
-    double left, bottom; /* the corner [m] */
+    ry_bounds box;       /* what is outside counts as at its edge */
     double per_x, per_z; /* cells per metre */
     int32_t columns, rows;
 } ry_grid;

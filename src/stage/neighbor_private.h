@@ -41,6 +41,12 @@ typedef struct ry_seen {
     int32_t first[RY_STRETCH], last[RY_STRETCH], low[RY_STRETCH], high[RY_STRETCH]; /* see ry_window */
 } ry_seen;
 
+/* u within bounds; what is no number is at the lower. */
+RY_INLINE double ry_within(double u, double low, double high)
+{
+    return u > low ? (u < high ? u : high) : low;
+}
+
 /* The cell at a place, of n; the nearest of anything outside. */
 RY_INLINE int32_t ry_grid_clamp(double place, int32_t n)
 {
@@ -67,10 +73,12 @@ RY_INLINE void ry_neighbor_look_at(const ry_neighbor *b, const ry_grains *g, int
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
         const double reach = ry_neighbor_safe(b, ry_neighbor_reach(b, g, begin + k));
-        seen->column[k] = ry_grid_clamp((x[k] - grid.left) * grid.per_x, grid.columns);
-        seen->row[k] = ry_grid_clamp((z[k] - grid.bottom) * grid.per_z, grid.rows);
-        seen->x[k] = ry_raster_number(x[k] * in.per_x + in.zero_x, in.most_x);
-        seen->z[k] = ry_raster_number(z[k] * in.per_z + 0x1p30, 0x1p31);
+        const double at_x = ry_within(x[k], grid.box.left, grid.box.right);
+        const double at_z = ry_within(z[k], grid.box.bottom, grid.box.top);
+        seen->column[k] = ry_grid_clamp((at_x - grid.box.left) * grid.per_x, grid.columns);
+        seen->row[k] = ry_grid_clamp((at_z - grid.box.bottom) * grid.per_z, grid.rows);
+        seen->x[k] = ry_raster_number(at_x * in.per_x + in.zero_x, in.most_x);
+        seen->z[k] = ry_raster_number(at_z * in.per_z + 0x1p30, 0x1p31);
         seen->reach[k] = (float)(reach + (x[k] - x[k]) + (z[k] - z[k]));
     }
 }
@@ -80,20 +88,16 @@ typedef struct ry_window {
     int32_t first, last, low, high;
 } ry_window;
 
-/* u within bounds; what is no number is at the lower. */
-RY_INLINE double ry_within(double u, double low, double high)
-{
-    return u > low ? (u < high ? u : high) : low;
-}
-
 /* Where those lie that are nearer than `reach` along x and along z. Conversion cuts towards 0, so all is made positive
  * before. */
-RY_INLINE ry_window ry_grid_window(const ry_grid *grid, int periodic, double x, double z, double reach)
+RY_INLINE ry_window ry_grid_window(const ry_grid *grid, int periodic, double to_x, double to_z, double reach)
 {
+    const ry_bounds box = grid->box;
+    const double x = ry_within(to_x, box.left, box.right), z = ry_within(to_z, box.bottom, box.top);
     const double columns = grid->columns, rows = grid->rows;
     const double least = periodic ? -columns : 0.0, most = periodic ? 2.0 * columns : columns;
-    const double left = (x - reach - grid->left) * grid->per_x, right = (x + reach - grid->left) * grid->per_x;
-    const double below = (z - reach - grid->bottom) * grid->per_z, above = (z + reach - grid->bottom) * grid->per_z;
+    const double left = (x - reach - box.left) * grid->per_x, right = (x + reach - box.left) * grid->per_x;
+    const double below = (z - reach - box.bottom) * grid->per_z, above = (z + reach - box.bottom) * grid->per_z;
     const int32_t first = (int32_t)(ry_within(left, least, most - 1.0) - least) + (int32_t)least;
     const int32_t last = (int32_t)(ry_within(right + 1.0, least, most) - least) + (int32_t)least - 1;
     const int32_t low = (int32_t)ry_within(below, 0.0, rows - 1.0);
