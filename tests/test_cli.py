@@ -147,6 +147,17 @@ class Cli(unittest.TestCase):
         self.assertRegex(r.stderr, r"^ryusa: step \d+ .*moves further than its diameter.* is kept.*fluid\.advance")
         self.assertIn("q*", self.run_program("info", "broken.h5.part").stdout)
 
+    def test_breaks_down_to_no_numbers(self):
+        """Samples that are no numbers are no reason to call the scene wrong."""
+        words = ("domain.floor=rough", "grains.columns=8", "grains.layers=6", "grains.spread=0.3", "grains.seed=229",
+                 "grains.packing=square", "contact.alpha_m=80", "contact.friction=5", "fluid.shields=0.6",
+                 "fluid.advance=1", "fluid.drag=schiller-naumann", "fluid.lift=0.2", "fluid.density=1.2",
+                 "fluid.viscosity=1.5e-5", "fluid.mixing_length=li-sawamoto", "time.settle=0", "time.end=3 ms")
+        r = self.run_program("run", "scene.yaml", "-o", "nan.h5", "--quiet", *(w for o in words for w in ("-s", o)))
+        self.assertEqual((r.returncode, r.stdout), (3, ""))
+        self.assertRegex(r.stderr, r"^ryusa: step \d+ .*not a number.* is kept")
+        self.assertEqual(self.run_program("info", "nan.h5.part").returncode, 0)
+
     def test_resume_with_an_end_that_is_past(self):
         time_stopped, name = self.stop_and_go_on(signal.SIGINT)
         r = self.run_program("run", "scene.yaml", "-s", "time.end=40 ms", "-o", name, "--resume")

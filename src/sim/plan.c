@@ -351,6 +351,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     ry_neighbor *const b = &plan->neighbor;
     b->length = plan->derived.length;
     b->periodic = config->domain_periodic;
+    b->step = config->time_step;
     RY_TRY(ry_neighbor_create(b, g, plan->threads, error));
     RY_TRY(ry_plan_lay_passes(plan, config, g->n, error));
     b->blocks = &plan->blocks;

@@ -42,10 +42,23 @@ static int64_t first_honest_sample(const ry_runner *r)
     return (step + plan->derived.steps_series - 1) / plan->derived.steps_series;
 }
 
+/* Of a run that has broken down those that its last good state has behind it, and none that are no numbers: a check
+ * may be due only later. */
+static int64_t count_sound(const ry_runner *r, const double *series, int64_t n)
+{
+    const int64_t good = r->sim->state.step / r->sim->plan.derived.steps_series + 1;
+    n = r->sim->restored && good < n ? good : n;
+    while (n > 0 && !isfinite(series[n - 1])) {
+        n--;
+    }
+    return n;
+}
+
 static ry_status flux_statistics(ry_runner *r, ry_series_statistics *out, ry_error *error)
 {
     int64_t n = 0;
     const double *const series = ry_result_flux_series(r->file, &n);
+    n = count_sound(r, series, n);
     const int64_t from = first_honest_sample(r);
     const int64_t cut = n - from >= FEWEST_SAMPLES ? from : 0;
     *out = (ry_series_statistics){0};
@@ -219,6 +232,7 @@ static ry_status flush_when_due(ry_runner *r, ry_error *error)
         return RY_OK;
     }
     if (now - r->saved >= r->sim->config.output_checkpoint) {
+        RY_TRY(ry_sim_check(r->sim, error));
         return flush(r, 1, error);
     }
     /* A checkpoint is worth waiting for a slow disk, the rest has time. */

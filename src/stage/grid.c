@@ -10,21 +10,27 @@
 /* Sizes of a cell in reaches of the furthest grain: a pair reaches two of them. */
 #define CELL_WIDTH 4.0
 #define CELL_HEIGHT 1.0
+#define FURTHEST 16.0 /* radii of the largest */
 
 /* ---- the grid ------------------------------------------------------------------------------- */
 
 /* How far each grain may go before the list is made anew: fast grains further, so that the few of them don't
- * make the list short-lived, or long, for all. Returns the furthest. */
+ * make the list short-lived, or long, for all. And never less than a step takes it: grains that touched in the last
+ * step stay a pair in this one, in which their law lets them go. Nobody goes further than FURTHEST in a step of a run
+ * that is to go on. Returns the furthest. */
 RY_CLONES static double set_limits(ry_neighbor *b, const ry_grains *g)
 {
     const double *const vx = g->vx, *const vz = g->vz;
     float *restrict const limit2 = b->limit2;
     const double least = b->skin_least, most = b->skin_most, ahead = b->horizon;
+    const double two_steps = 2.0 * b->step, cap = FURTHEST * b->radius_max;
     double furthest = 0.0;
 #pragma omp simd reduction(max : furthest)
     for (int32_t k = 0; k < g->n; k++) {
-        const double way = least + ahead * sqrt(vx[k] * vx[k] + vz[k] * vz[k]);
-        const double s = way < most ? way : most;
+        const double speed = sqrt(vx[k] * vx[k] + vz[k] * vz[k]);
+        const double way = least + ahead * speed, jump = least + two_steps * speed; /* twice: it may have slowed down */
+        const double once = jump < cap ? jump : cap, often = way < most ? way : most;
+        const double s = once > often ? once : often;
         limit2[k] = (float)(RY_NEARLY_ONE * s * s);
         furthest = s > furthest ? s : furthest;
     }

@@ -49,8 +49,10 @@ typedef struct ry_neighbor {
     int periodic;
     int n_walls;
     ry_wall wall[RY_MAX_WALLS];
-    /* A grain may go this far before the list is made anew: skin_least + horizon x speed, at most skin_most. */
+    /* A grain may go this far before the list is made anew: skin_least + horizon x speed, at most skin_most, but
+     * what two steps take it at the least. */
     double skin_least, skin_most, horizon; /* [m, m, s] */
+    double step;     /* of time [s] */
     ry_skin skin;
     double radius_max; /* [m] */
     int threads;
