@@ -86,14 +86,23 @@ static const char *number_end(const char *p)
     return p;
 }
 
+static struct {
+    pthread_once_t once;
+    locale_t c;
+} locales = {.once = PTHREAD_ONCE_INIT};
+
+static void make_locale(void)
+{
+    locales.c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+}
+
 /* strtod in the C locale, whatever the program's locale is. */
 static double to_double(const char *text)
 {
-    const locale_t c = newlocale(LC_ALL_MASK, "C", (locale_t)0);
-    const locale_t old = uselocale(c);
+    (void)pthread_once(&locales.once, make_locale);
+    const locale_t old = uselocale(locales.c);
     const double value = strtod(text, NULL);
     (void)uselocale(old);
-    freelocale(c);
     return value;
 }
 
@@ -141,6 +150,10 @@ static void load_system(void)
  * set. */
 static int find_scale(const char *from, const char *to, double *scale)
 {
+    if (strcmp(from, to) == 0) {
+        *scale = 1.0;
+        return 2;
+    }
     for (int i = 0; i < KNOWN; i++) {
         if (strcmp(units.known[i].from, from) == 0 && strcmp(units.known[i].to, to) == 0) {
             *scale = units.known[i].scale;
