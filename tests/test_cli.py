@@ -149,10 +149,10 @@ class Cli(unittest.TestCase):
 
     def test_breaks_down_to_no_numbers(self):
         """Samples that are no numbers are no reason to call the scene wrong."""
-        words = ("domain.floor=rough", "grains.columns=8", "grains.layers=6", "grains.spread=0.3", "grains.seed=229",
-                 "grains.packing=square", "contact.alpha_m=80", "contact.friction=5", "fluid.shields=0.6",
-                 "fluid.advance=1", "fluid.drag=schiller-naumann", "fluid.lift=0.2", "fluid.density=1.2",
-                 "fluid.viscosity=1.5e-5", "fluid.mixing_length=li-sawamoto", "time.settle=0", "time.end=3 ms")
+        words = ("domain.periodic=false", "domain.walls=true", "grains.columns=20", "grains.layers=3", "grains.spread=0",
+                 "grains.packing=square", "grains.seed=231", "contact.law=cundall", "contact.alpha_m=80",
+                 "fluid.shields=0.2", "fluid.advance=1", "fluid.drag=ferguson-church", "fluid.lift=0.2",
+                 "fluid.density=0.05", "fluid.viscosity=1.5e-5", "time.settle=10 ms", "time.end=30 ms")
         r = self.run_program("run", "scene.yaml", "-o", "nan.h5", "--quiet", *(w for o in words for w in ("-s", o)))
         self.assertEqual((r.returncode, r.stdout), (3, ""))
         self.assertRegex(r.stderr, r"^ryusa: step \d+ .*not a number.* is kept")

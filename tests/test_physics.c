@@ -3,6 +3,7 @@
  *
  * Whole simulations of few grains against closed forms.
  * ctest: timeout 120 */
+#include "law/drag.h"
 #include "scene_bench.h"
 #include "sim/sim.h"
 
@@ -79,6 +80,25 @@ static void test_terminal_velocity(void **state)
     }
 }
 
+/* d ln(rate)/d ln(speed), which the fluid column reckons with, against a difference. */
+static void test_power_of_drag(void **state)
+{
+    (void)state;
+    const double d = 0.5e-3, nu = 1e-6, c = 0.4, by = 1e-5;
+    for (int k = 0; k <= 60; k++) {
+        const double speed = nu / d * pow(10.0, -3.0 + 0.15 * k), more = speed * exp(by), less = speed * exp(-by);
+        const double root = sqrt(24.0 * nu / d);
+        const double found[] = {ry_drag_dallavalle_power(speed, root, c), ry_drag_schiller_power(speed, nu / d, c),
+                                ry_drag_ferguson_power(speed, nu / d, c)};
+        const double ratio[] = {ry_drag_dallavalle(more, root, c) / ry_drag_dallavalle(less, root, c),
+                                ry_drag_schiller(more, nu / d, c) / ry_drag_schiller(less, nu / d, c),
+                                ry_drag_ferguson(more, nu / d, c) / ry_drag_ferguson(less, nu / d, c)};
+        for (int law = 0; law < 3; law++) {
+            assert_true(fabs(found[law] - log(ratio[law]) / (2.0 * by)) < 1e-6);
+        }
+    }
+}
+
 /* A grain without weight goes with the logarithmic profile above the level that is given. */
 static void test_level_of_the_profile(void **state)
 {
@@ -96,10 +116,6 @@ static void test_level_of_the_profile(void **state)
     close_scene(s);
 }
 
-/* ---- sliding to rolling --------------------------------------------------------------------------- */
-
-/* A sphere thrown along a floor without spin: friction mu m g slows it by mu g and spins it up; it rolls
- * from t = 2 v0/(7 mu g) on with 5/7 v0 (angular momentum about the point of contact). */
 /* A grain that is shot out of the bed: in each step there is a velocity of the fluid for it that is no older than the
  * column, also where it has left the column at the top, and when the flow sets in. */
 static void test_above_the_column(void **state)
@@ -127,6 +143,10 @@ static void test_above_the_column(void **state)
     close_scene(s);
 }
 
+/* ---- sliding to rolling --------------------------------------------------------------------------- */
+
+/* A sphere thrown along a floor without spin: friction mu m g slows it by mu g and spins it up; it rolls
+ * from t = 2 v0/(7 mu g) on with 5/7 v0 (angular momentum about the point of contact). */
 static void test_sliding_to_rolling(void **state)
 {
     (void)state;
@@ -275,6 +295,7 @@ int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_free_flight),          cmocka_unit_test(test_terminal_velocity),
+        cmocka_unit_test(test_power_of_drag),
         cmocka_unit_test(test_level_of_the_profile), cmocka_unit_test(test_sliding_to_rolling),
         cmocka_unit_test(test_single_bounce),        cmocka_unit_test(test_bounces),
         cmocka_unit_test(test_three_spheres),        cmocka_unit_test(test_above_the_column),

@@ -19,6 +19,13 @@ RY_INLINE double ry_drag_dallavalle(double speed, double root_viscous, double c)
     return root * root;
 }
 
+/* d ln(rate)/d ln(speed) of each law: 0 of a drag that is linear in the speed, 1 of a quadratic one. */
+RY_INLINE double ry_drag_dallavalle_power(double speed, double root_viscous, double c)
+{
+    const double root = sqrt(c * speed);
+    return root / (root + root_viscous);
+}
+
 /* C_d = 24/Re (1 + 0.15 Re^0.687), not below C (Schiller & Naumann 1935). d_nu = nu/d. */
 RY_INLINE double ry_drag_schiller(double speed, double d_nu, double c)
 {
@@ -28,12 +35,23 @@ RY_INLINE double ry_drag_schiller(double speed, double d_nu, double c)
     return viscous > c * speed ? viscous : c * speed;
 }
 
+RY_INLINE double ry_drag_schiller_power(double speed, double d_nu, double c)
+{
+    const double viscous = 24.0 * d_nu, rate = ry_drag_schiller(speed, d_nu, c);
+    return rate > c * speed ? 0.687 * (rate - viscous) / rate : 1.0;
+}
+
 /* The drag law whose settling velocity is w = R g d^2/(18 nu + sqrt(0.75 C R g d^3)) (Ferguson & Church
  * 2004, J. Sediment. Res. 74, 933): sqrt(C_d) = (sqrt(C) + sqrt(C + 96/Re))/2. */
 RY_INLINE double ry_drag_ferguson(double speed, double d_nu, double c)
 {
     const double root = 0.5 * (sqrt(c * speed) + sqrt(c * speed + 96.0 * d_nu));
     return root * root;
+}
+
+RY_INLINE double ry_drag_ferguson_power(double speed, double d_nu, double c)
+{
+    return sqrt(c * speed / (c * speed + 96.0 * d_nu));
 }
 
 #endif

@@ -10,6 +10,10 @@
 /* The column is computed up to so many radii of a mean grain above the highest one, further when grains rise. */
 enum { MARGIN = 2 };
 
+/* The column's equations are solved anew until the stresses fit within CLOSE of the largest, TURNS times at most. */
+enum { TURNS = 20 };
+#define CLOSE 1e-3
+
 /* Of u_star: what moves more slowly does not mix (duran-moving). */
 #define STILL_PART 0.02
 
@@ -120,49 +124,91 @@ static void clear_flow(ry_flow *f, ry_column *c, int32_t end)
     f->valid_length = l;
 }
 
-/* One implicit step of the balance over `advance` steps. The closure is linearised about the present
- * gradient s: tau' = tau(s) + K (s' - s), K = rho (1-phi)(nu + 2 l^2|s|): Newton's step, which for
- * this convex law does not overshoot. For the coming steps the fluid gives force + slope (u' - u), what
- * the grains got in the last ones and its change with u; what it gave too much or too little the last
- * time is settled now, so that in the sum it loses just what the grains gain. */
-static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
+/* The balance of each cell, over the coming `advance` steps: low u'_(k-1) + diagonal u'_k + high u'_(k+1) = rhs. */
+typedef struct ry_equations {
+    int32_t n; /* cells */
+    double *low, *diagonal, *high, *rhs;
+} ry_equations;
+
+/* d tau/ds at the face above cell k. */
+static double stiffness(const ry_flow *f, const ry_column *c, double s, int32_t k)
 {
-    const int32_t nz = layer_top(f, c);
+    return f->density * open_part(c, k) * (f->viscosity + 2.0 * f->mix[k] * f->mix[k] * fabs(s));
+}
+
+/* The closure is linearised about the gradients of `near`: tau' = tau(s) + K (s' - s), K = rho (1-phi)(nu + 2 l^2|s|).
+ * The grains will get force + slope (u' - u), where force is what they get now; and what they got in the last steps
+ * beyond what was taken for it, or less, is settled now, so that in the sum the fluid loses just what they gain. */
+static void lay_equations(const ry_flow *f, const ry_column *c, double tau_top, const double *near, ry_equations *e)
+{
     const double dz = c->dz, dt = f->dt * f->advance;
     const double per_cell = 1.0 / (f->length * f->d * dz);
+    const double *const got = ry_column_sums(f, f->at_once, RY_SUM_GOT);
     const double *const force = ry_column_sums(f, f->at_once, RY_SUM_FORCE);
     const double *const slope = ry_column_sums(f, f->at_once, RY_SUM_SLOPE);
-    double *const length = f->mix, *const low = f->work, *const diagonal = low + c->nz;
-    double *const high = diagonal + c->nz, *const rhs = high + c->nz;
-    const int32_t known = f->mixing == RY_FLOW_LI_SAWAMOTO ? 0 : known_length(f, tau_top, nz); /* phi has changed */
-    mixing_length(f, c, tau_top, known, nz, length);
     /* the face below the first cell is the floor, half a cell away: u = 0, viscous */
     double k_below = f->density * (1.0 - c->phi[0]) * f->viscosity / (0.5 * dz);
     double rest_below = 0.0;
-    for (int32_t k = 0; k < nz; k++) {
+    for (int32_t k = 0; k < e->n; k++) {
         double k_above = 0.0, rest_above = tau_top;
-        if (k + 1 < nz) {
-            const double s = (c->u[k + 1] - c->u[k]) / dz;
-            const double open = open_part(c, k);
-            const double stiff = f->density * open * (f->viscosity + 2.0 * length[k] * length[k] * fabs(s));
+        if (k + 1 < e->n) {
+            const double s = (near[k + 1] - near[k]) / dz, stiff = stiffness(f, c, s, k);
             k_above = stiff / dz;
-            rest_above = closure(f, open, length[k], s) - stiff * s;
+            rest_above = closure(f, open_part(c, k), f->mix[k], s) - stiff * s;
         }
         const double inertia = f->density * (1.0 - (c->phi[k] < 0.95 ? c->phi[k] : 0.95)) * dz / dt;
         const double drag = slope[k] * per_cell * dz;
-        low[k] = k > 0 ? -k_below : 0.0;
-        high[k] = -k_above;
-        diagonal[k] = inertia + drag + k_below + k_above;
-        const double got = force[k] * per_cell;
-        rhs[k] = inertia * c->u[k] + rest_above - rest_below - (2.0 * got - c->taken[k]) * dz + drag * c->u[k];
+        const double given = (force[k] + got[k]) * per_cell - c->taken[k];
+        e->low[k] = k > 0 ? -k_below : 0.0;
+        e->high[k] = -k_above;
+        e->diagonal[k] = inertia + drag + k_below + k_above;
+        e->rhs[k] = (inertia + drag) * c->u[k] + rest_above - rest_below - given * dz;
         k_below = k_above;
         rest_below = rest_above;
     }
-    solve_tridiagonal(nz, low, diagonal, high, rhs);
-    for (int32_t k = 0; k < nz; k++) {
-        c->taken[k] = (force[k] + slope[k] * (rhs[k] - c->u[k])) * per_cell;
+}
+
+/* How far the stress that the equations had for u is from that of the closure, at the worst face, against the largest
+ * stress. */
+static double misfit(const ry_flow *f, const ry_column *c, double tau_top, const double *near, const double *u,
+                     int32_t n)
+{
+    double worst = 0.0, largest = tau_top;
+    for (int32_t k = 0; k + 1 < n; k++) {
+        const double then = (near[k + 1] - near[k]) / c->dz, s = (u[k + 1] - u[k]) / c->dz;
+        const double open = open_part(c, k), tau = closure(f, open, f->mix[k], s);
+        const double had = closure(f, open, f->mix[k], then) + stiffness(f, c, then, k) * (s - then);
+        worst = fmax(worst, fabs(tau - had));
+        largest = fmax(largest, fabs(tau));
     }
-    memcpy(c->u, rhs, (size_t)nz * sizeof *c->u);
+    return worst > 0.0 ? worst / largest : 0.0;
+}
+
+/* One implicit step of the balance over `advance` steps, by Newton's method: one turn in a flow that is under way. When
+ * it sets in, and in a gas, which has little inertia, the gradients change by more than the closure is linear in. */
+static void advance_balance(ry_flow *f, ry_column *c, double tau_top)
+{
+    const int32_t nz = layer_top(f, c);
+    const double per_cell = 1.0 / (f->length * f->d * c->dz);
+    const double *const force = ry_column_sums(f, f->at_once, RY_SUM_FORCE);
+    const double *const slope = ry_column_sums(f, f->at_once, RY_SUM_SLOPE);
+    ry_equations e = {.n = nz, .low = f->work, .diagonal = f->work + c->nz, .high = f->work + 2 * c->nz,
+                      .rhs = f->work + 3 * c->nz};
+    double *const near = f->work + 4 * c->nz;
+    const int32_t known = f->mixing == RY_FLOW_LI_SAWAMOTO ? 0 : known_length(f, tau_top, nz); /* phi has changed */
+    mixing_length(f, c, tau_top, known, nz, f->mix);
+    memcpy(near, c->u, (size_t)nz * sizeof *near);
+    double off = 1.0;
+    for (int turn = 0; turn < TURNS && off > CLOSE; turn++) {
+        lay_equations(f, c, tau_top, near, &e);
+        solve_tridiagonal(nz, e.low, e.diagonal, e.high, e.rhs);
+        off = misfit(f, c, tau_top, near, e.rhs, nz);
+        memcpy(near, e.rhs, (size_t)nz * sizeof *near);
+    }
+    for (int32_t k = 0; k < nz; k++) {
+        c->taken[k] = (force[k] + slope[k] * (near[k] - c->u[k])) * per_cell;
+    }
+    memcpy(c->u, near, (size_t)nz * sizeof *c->u);
     f->clear = f->valid = nz;
 }
 

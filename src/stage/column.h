@@ -9,7 +9,7 @@
 #include "stage/slices.h"
 
 /* Rows of flow->sums: solid volume, force on the grains, its derivative by the fluid's velocity. */
-enum { RY_SUM_VOLUME, RY_SUM_FORCE, RY_SUM_SLOPE, RY_SUM_COUNT };
+enum { RY_SUM_VOLUME, RY_SUM_GOT, RY_SUM_FORCE, RY_SUM_SLOPE, RY_SUM_COUNT };
 
 /* A row has room for a last run of slices beyond the column. */
 RY_INLINE size_t ry_column_row_length(const ry_flow *f)

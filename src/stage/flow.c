@@ -67,6 +67,18 @@ RY_INLINE double drag_rate(double rx, double rz, double area, double viscous, do
     return area * coefficient * hinder;
 }
 
+/* Of a grain that moves against the fluid by rx, rz, with this rate of drag: how the force that it gets along x, which
+ * is `share` of the drag, changes with the fluid's velocity there [kg/s]. */
+RY_INLINE double drag_slope(double rx, double rz, double rate, double share, double viscous, double c, ry_flow_drag law)
+{
+    const double speed2 = rx * rx + rz * rz, speed = sqrt(speed2);
+    const double power = law == RY_FLOW_DALLAVALLE ? ry_drag_dallavalle_power(speed, viscous, c)
+                         : law == RY_FLOW_SCHILLER ? ry_drag_schiller_power(speed, viscous, c)
+                                                   : ry_drag_ferguson_power(speed, viscous, c);
+    const double along = speed2 > 0.0 ? rx * rx / speed2 : 0.0;
+    return rate * share * (1.0 + power * along * share);
+}
+
 /* What a block of grains sees. */
 typedef struct ry_seen {
     _Alignas(RY_ALIGNMENT) double u[RY_BLOCK], gradient[RY_BLOCK], hinder[RY_BLOCK];
@@ -130,7 +142,7 @@ RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, const ry_motio
         gz[k] = (weight[k] - b * vz[k]) * share;
         if (rests) {
             force[k] = (rate * rx + along) * share;
-            slope[k] = rate * share;
+            slope[k] = drag_slope(rx, vz[k], rate, share, viscous[k], c, law);
         } else if (way == SUMMED) {
             push[k] += (rate * rx + along) * share;
         }
@@ -219,8 +231,8 @@ typedef struct ry_flow_task {
 
 /* Adds a grain to the rows of a block, a run of RY_SLICES cells at a time; the rows have that much room
  * to spare at their end. */
-RY_INLINE void spread(double *volumes, double *forces, double *slopes, const ry_span span, double dz,
-                      double z, double r, double volume, double force, double slope)
+RY_INLINE void spread(double *volumes, double *gots, double *forces, double *slopes, const ry_span span, double dz,
+                      double z, double r, double volume, double got, double force, double slope)
 {
     const double per_r = 1.0 / r;
     for (int32_t first = span.first; first <= span.last; first += RY_SLICES) {
@@ -228,6 +240,7 @@ RY_INLINE void spread(double *volumes, double *forces, double *slopes, const ry_
         for (int32_t four = 0; four < RY_SLICE_FOURS; four++) {
             const ry_four part = ry_slice_cut(t, dz * per_r, four).part;
             ry_slice_add(volumes + first + 4 * four, volume * part);
+            ry_slice_add(gots + first + 4 * four, got * part);
             ry_slice_add(forces + first + 4 * four, force * part);
             ry_slice_add(slopes + first + 4 * four, slope * part);
         }
@@ -243,22 +256,26 @@ RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const r
     const int32_t first = block * RY_SUM_BLOCK;
     const int32_t end = first + RY_SUM_BLOCK < sets->n_awake ? first + RY_SUM_BLOCK : sets->n_awake;
     double *const volumes = ry_column_sums(f, at, RY_SUM_VOLUME);
+    double *const gots = ry_column_sums(f, at, RY_SUM_GOT);
     double *const forces = ry_column_sums(f, at, RY_SUM_FORCE);
     double *const slopes = ry_column_sums(f, at, RY_SUM_SLOPE);
     for (int32_t rank = first; rank < end; rank++) {
         const int32_t k = sets->awake[rank];
-        double force = 0.0, slope = 0.0;
+        double got = 0.0, force = 0.0, slope = 0.0;
         if (f->model == RY_FLOW_BALANCE) {
             const ry_spot spot = find_spot(f, g->z[k]);
             const ry_four seen = see((const double (*)[RY_FACE])f->face, spot.cell, spot.part);
-            const double rate = drag_rate(seen[RY_FACE_U] - g->vx[k], g->vz[k], area_of(f->density, g->radius[k]),
-                                          f->viscous[k], seen[RY_FACE_HINDER], f->drag_coefficient, f->drag);
-            force = g->push[k] / f->advance;
-            slope = rate / (1.0 + rate * f->dt * m->im[k]);
+            const double rx = seen[RY_FACE_U] - g->vx[k], c_d = f->drag_coefficient;
+            const double rate = drag_rate(rx, g->vz[k], area_of(f->density, g->radius[k]), f->viscous[k],
+                                          seen[RY_FACE_HINDER], c_d, f->drag);
+            const double share = 1.0 / (1.0 + rate * f->dt * m->im[k]);
+            got = g->push[k] / f->advance;
+            force = (rate * rx + ry_column_volume(g->radius[k]) * seen[RY_FACE_GRADIENT]) * share;
+            slope = drag_slope(rx, g->vz[k], rate, share, f->viscous[k], c_d, f->drag);
         }
         const double z = g->z[k], r = g->radius[k];
-        spread(volumes, forces, slopes, ry_slice_span(z, r, 1.0 / c->dz, c->nz), c->dz, z, r, ry_column_volume(r),
-               force, slope);
+        spread(volumes, gots, forces, slopes, ry_slice_span(z, r, 1.0 / c->dz, c->nz), c->dz, z, r,
+               ry_column_volume(r), got, force, slope);
     }
 }
 
@@ -275,7 +292,8 @@ static void sum_blocks(void *context, int32_t begin, int32_t end, int thread)
         } else {
             const int32_t first = (block - t->n_awake) * RY_SUM_BLOCK, left = t->sets->n_asleep - first;
             ry_resting_sum(f, &t->state->grains, t->sets, first, first + (left < RY_SUM_BLOCK ? left : RY_SUM_BLOCK),
-                           ry_column_sums(f, at, RY_SUM_FORCE), ry_column_sums(f, at, RY_SUM_SLOPE));
+                           ry_column_sums(f, at, RY_SUM_GOT), ry_column_sums(f, at, RY_SUM_FORCE),
+                           ry_column_sums(f, at, RY_SUM_SLOPE));
         }
     }
 }
@@ -469,7 +487,7 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
     f->half = (int32_t)ceil(0.5 * f->d / f->dz - 1e-9);
     f->part = ry_array(2 * (size_t)f->half, sizeof(double));
     f->mix = ry_array(nz, sizeof(double));
-    f->work = ry_array(4 * nz + 2 * (size_t)f->half + 1, sizeof(double));
+    f->work = ry_array(5 * nz + 2 * (size_t)f->half + 1, sizeof(double));
     f->bin_top = ry_array((size_t)f->n_bins, sizeof(double));
     f->bin_grain = ry_array((size_t)f->n_bins, sizeof(int32_t));
     if (!f->viscous || !f->face || !f->u || !f->gradient || !f->hinder || !f->sums ||

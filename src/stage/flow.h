@@ -76,7 +76,7 @@ typedef struct ry_flow {
     double *part;  /* 2 half: parts of a mean grain in the cells around its centre [1] */
     double *mix;  /* nz: mixing length at the faces above the cells, as of the last advance [m] */
     int32_t lengths; /* how many of those are still known */
-    double *work; /* 4 nz + 2 half + 1: scratch of the column solver */
+    double *work; /* 5 nz + 2 half + 1: scratch of the column solver */
     int32_t n_bins; /* of the exposure count, model stress */
     double *bin_top;
     int32_t *bin_grain;

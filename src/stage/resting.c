@@ -89,7 +89,7 @@ void ry_resting_update(ry_flow *f, const ry_grains *g, const ry_sets *sets)
 }
 
 RY_CLONES static void sum_forces(const ry_resting *q, const int32_t *id, const int32_t *asleep, int32_t n,
-                                 double *restrict forces, double *restrict slopes)
+                                 double *restrict gots, double *restrict forces, double *restrict slopes)
 {
     for (int32_t rank = 0; rank < n; rank++) {
         const int32_t k = asleep[rank];
@@ -98,6 +98,7 @@ RY_CLONES static void sum_forces(const ry_resting *q, const int32_t *id, const i
         for (int32_t m = 0; m < q->runs; m++) {
             for (int32_t four = 0; four < RY_SLICE_FOURS; four++) {
                 const ry_four part = ry_four_load(runs[m].part + 4 * four);
+                ry_slice_add(gots + runs[m].first + 4 * four, force * part);
                 ry_slice_add(forces + runs[m].first + 4 * four, force * part);
                 ry_slice_add(slopes + runs[m].first + 4 * four, slope * part);
             }
@@ -106,7 +107,7 @@ RY_CLONES static void sum_forces(const ry_resting *q, const int32_t *id, const i
 }
 
 void ry_resting_sum(const ry_flow *f, const ry_grains *g, const ry_sets *sets, int32_t first, int32_t end,
-                    double *forces, double *slopes)
+                    double *gots, double *forces, double *slopes)
 {
-    sum_forces(&f->resting, g->id, sets->asleep + first, end - first, forces, slopes);
+    sum_forces(&f->resting, g->id, sets->asleep + first, end - first, gots, forces, slopes);
 }

@@ -18,6 +18,6 @@ void ry_resting_update(ry_flow *flow, const ry_grains *grains, const ry_sets *se
 
 /* Adds up the forces of the sleepers first .. end-1 of the sets, to rows of sums. */
 void ry_resting_sum(const ry_flow *flow, const ry_grains *grains, const ry_sets *sets, int32_t first, int32_t end,
-                    double *forces, double *slopes);
+                    double *gots, double *forces, double *slopes);
 
 #endif
