@@ -169,17 +169,22 @@ static void lay_equations(const ry_flow *f, const ry_column *c, double tau_top, 
 }
 
 /* How far the stress that the equations had for u is from that of the closure, at the worst face, against the largest
- * stress. */
-static double misfit(const ry_flow *f, const ry_column *c, double tau_top, const double *near, const double *u,
-                     int32_t n)
+ * stress: rho (1-phi) l^2 (|s|s - |s0|s0 - 2 |s0|(s - s0)), s0 the gradient of `near`. */
+RY_CLONES static double misfit(const ry_flow *f, const ry_column *c, double tau_top, const double *near,
+                               const double *u, int32_t n)
 {
+    const double *const phi = c->phi, *const length = f->mix;
+    const double per_dz = 1.0 / c->dz, density = f->density, viscosity = f->viscosity;
     double worst = 0.0, largest = tau_top;
-    for (int32_t k = 0; k + 1 < n; k++) {
-        const double then = (near[k + 1] - near[k]) / c->dz, s = (u[k + 1] - u[k]) / c->dz;
-        const double open = open_part(c, k), tau = closure(f, open, f->mix[k], s);
-        const double had = closure(f, open, f->mix[k], then) + stiffness(f, c, then, k) * (s - then);
-        worst = fmax(worst, fabs(tau - had));
-        largest = fmax(largest, fabs(tau));
+#pragma omp simd reduction(max : worst, largest)
+    for (int32_t k = 0; k < n - 1; k++) {
+        const double mean = 0.5 * (phi[k] + phi[k + 1]), open = 1.0 - (mean < 0.95 ? mean : 0.95);
+        const double then = (near[k + 1] - near[k]) * per_dz, s = (u[k + 1] - u[k]) * per_dz;
+        const double l2 = length[k] * length[k];
+        const double off = fabs(density * open * l2 * (fabs(s) * s - fabs(then) * then - 2.0 * fabs(then) * (s - then)));
+        const double tau = fabs(density * open * (viscosity + l2 * fabs(s)) * s);
+        worst = off > worst ? off : worst;
+        largest = tau > largest ? tau : largest;
     }
     return worst > 0.0 ? worst / largest : 0.0;
 }
