@@ -181,7 +181,8 @@ RY_CLONES static double misfit(const ry_flow *f, const ry_column *c, double tau_
         const double mean = 0.5 * (phi[k] + phi[k + 1]), open = 1.0 - (mean < 0.95 ? mean : 0.95);
         const double then = (near[k + 1] - near[k]) * per_dz, s = (u[k + 1] - u[k]) * per_dz;
         const double l2 = length[k] * length[k];
-        const double off = fabs(density * open * l2 * (fabs(s) * s - fabs(then) * then - 2.0 * fabs(then) * (s - then)));
+        const double bend = fabs(s) * s - fabs(then) * then - 2.0 * fabs(then) * (s - then);
+        const double off = fabs(density * open * l2 * bend);
         const double tau = fabs(density * open * (viscosity + l2 * fabs(s)) * s);
         worst = off > worst ? off : worst;
         largest = tau > largest ? tau : largest;
