@@ -94,6 +94,40 @@ class Cli(unittest.TestCase):
         self.assertEqual((r.returncode, r.stderr), (0, ""))
         self.assertIn("q", r.stdout)
 
+    def test_flux_that_nobody_knows(self):
+        for words in (("time.settle=1",), ("time.end=0",), ("time.settle=20 ms",)):
+            r = self.run_program("run", "scene.yaml", "--force", *[w for word in words for w in ("-s", word)])
+            self.assertIn("q*      not known: the run has no samples with the fluid on\n", r.stdout)
+        (self.folder / "one.yaml").write_text("particles: [{position: [0, 1 mm], velocity: [0.1, 0]}]\ntime: {end: 10 ms}\n"
+                                              "domain: {gravity: 9.81}\nfluid: {model: stress, shear_stress: 1 Pa}\n")
+        self.assertIn("q*      not known: the scene has no domain.length\n", self.run_program("run", "one.yaml").stdout)
+
+    def test_byte_order_mark(self):
+        (self.folder / "marked.yaml").write_text("\ufeff" + SCENE[SCENE.index("time"):], "utf-8")
+        self.assertEqual(self.run_program("show", "marked.yaml").returncode, 0)
+
+    def test_narrow_between_walls(self):
+        import h5py
+        import numpy as np
+        for packing in ("square", "hexagonal", "random"):
+            for length in ("0.55 mm", "0.6 mm", "0.9 mm", "1.3 mm"):
+                r = self.run_program("run", "scene.yaml", "-o", "narrow.h5", "--force", "-s", "grains.columns=1", "-s",
+                                     f"grains.packing={packing}", "-s", f"domain.length={length}", "-s",
+                                     "domain.periodic=false", "-s", "domain.walls=true", "-s", "fluid.model=none")
+                self.assertEqual(r.returncode, 0, r.stderr)
+                with h5py.File(self.folder / "narrow.h5") as file:
+                    grains, walls = file["particles/grains"], float(length.split()[0]) * 1e-3
+                    x, r = grains["position/value"][:, :, 0], 0.5 * grains["diameter"][:]
+                    moves = grains["fixed"][:] == 0
+                self.assertTrue(np.all((x[0] > r - 1e-12) & (x[0] < walls - r + 1e-12) | ~moves), (packing, length))
+                self.assertTrue(np.all((x > 0.9 * r) & (x < walls - 0.9 * r) | ~moves), (packing, length))
+
+    def test_output_that_does_not_arrive(self):
+        for words in (("--help",), ("run", "--help"), ("run", "--usage"), ("--version",), ("show", "scene.yaml")):
+            with open("/dev/full", "w") as full:
+                r = self.run_program(*words, stdout=full)
+            self.assertEqual((r.returncode, r.stderr), (4, "ryusa: the output can't be written\n"), words)
+
     def test_quiet(self):
         r = self.run_program("run", "scene.yaml", "--quiet")
         self.assertEqual((r.returncode, r.stdout, r.stderr), (0, "", ""))

@@ -160,6 +160,41 @@ class Particles(unittest.TestCase):
                 self.assertTrue(np.array_equal(one[f"particles/grains/{name}/value"][-1],
                                                two[f"particles/grains/{name}/value"][0]), name)
 
+    def test_in_a_bed(self):
+        """Where none but the scene itself knows of the other grain."""
+        bed = "grains: {columns: 6, layers: 3}\nfluid: {model: none}\n"
+        rough = "domain: {floor: rough, length: 1 cm, gravity: 9.81}\n\n"
+        for head, place, says in ((bed, "[0.3 mm, 0.6 mm]", "a grain of the bed, at x = "),
+                                  (rough, "[0.25 mm, 0.1 mm]", "a grain of the rough floor, at x = 0.00025 m, z = 0 m, by 0.0004 m"),
+                                  (rough, "[9.99 mm, 0.3 mm]", "a grain of the rough floor, at x = 0.00975 m, z = 0 m")):
+            scene = self.scene(f"- {{position: [5 mm, 9 mm]}}\n- {{position: {place}}}\n", head)
+            for command in ("show", "run"):
+                said = self.run_program(command, scene, status=2)
+                self.assertTrue(said.startswith(f"ryusa: scene.yaml:5: particles[1]: overlaps {says}"), said)
+        self.run_program("show", self.scene("- {position: [0.25 mm, 0.48 mm]}\n", rough))
+        self.assertEqual([p.name for p in self.folder.iterdir()], ["scene.yaml"])
+
+    def test_begins_where_a_bed_ended(self):
+        """Grains of a bed lie in each other, a little."""
+        bed = ("grains: {columns: 10, layers: 4}\ntime: {settle: 50 ms, end: 0.1 s}\nfluid: {shields: 0.6}\n"
+               "output: {interval: 10 ms}\n")
+        head = "domain: {length: 5 mm, periodic: true, gravity: 9.81}\ntime: {end: 10 ms}\n"
+        (self.folder / "bed.yaml").write_text(bed)
+        page = (ROOT / "docs/file-format.md").read_text()
+        code = textwrap.dedent(re.search(r"(?s)    import h5py, numpy\n.*?\n\n", page).group())
+        for law in ("energy", "cundall"):
+            law = ["-s", f"contact.law={law}", "-s", "contact.alpha_m=80"]
+            self.run_program("run", "bed.yaml", "-o", "OUT.h5", "--force", *law)
+            subprocess.run([sys.executable, "-c", code], cwd=self.folder, check=True)
+            x, z, *_, d, _, fixed = np.loadtxt(self.folder / "grains.csv", delimiter=",", skiprows=1).T
+            dx = x[:, None] - x
+            apart = np.hypot(dx - 5e-3 * np.round(dx / 5e-3), z[:, None] - z)
+            deepest = np.max((0.5 * (d[:, None] + d) - apart)[~np.eye(len(x), dtype=bool) & (fixed == 0)])
+            self.assertTrue(1e-5 < deepest / 5e-4 < 0.05, deepest)
+            self.run_program("run", self.scene("- {file: grains.csv}\n", head, "next.yaml"), "-o", "next.h5", "--force", *law)
+            with h5py.File(self.folder / "next.h5") as file:
+                self.assertLess(file["particles/grains/velocity/value"][-1].max(), 1.0)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -21,7 +21,7 @@ static error_t parse_common(int key, char *text, struct argp_state *state)
     case ARGP_KEY_INIT: state->child_inputs[0] = state->input; return 0;
     case 'h': argp_state_help(state, stdout, ARGP_HELP_STD_HELP); return 0;
     case 'u': argp_state_help(state, stdout, ARGP_HELP_USAGE | ARGP_HELP_EXIT_OK); return 0;
-    case 'V': printf("ryusa %s\n", ry_version()); exit(fflush(stdout) == 0 ? RY_OK : RY_BAD_FILE);
+    case 'V': printf("ryusa %s\n", ry_version()); exit(RY_OK);
     default: return ARGP_ERR_UNKNOWN;
     }
 }
@@ -38,7 +38,8 @@ int ry_cli_parse(const char *name, const struct argp *argp, unsigned flags, int 
     const struct argp_child children[] = {{argp, 0, NULL, 0}, {0}};
     const struct argp outer = {options, parse_common, NULL, NULL, children, NULL, NULL};
     snprintf(command_name, sizeof command_name, "%s", name);
-    argv[0] = (char[]){"ryusa"};
+    static char program[] = "ryusa";
+    argv[0] = program;
     argp_err_exit_status = RY_BAD_INPUT;
     return argp_parse(&outer, argc, argv, flags | ARGP_NO_HELP, NULL, input) ? RY_BAD_INPUT : RY_OK;
 }

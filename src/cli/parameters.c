@@ -59,9 +59,11 @@ static void print_head(void)
         "# Parameters of a scene\n\n"
         "Made by `ryusa show --parameters` (`make docs`); don't edit.\n\n"
         "A scene file is YAML. A value may carry a unit (`0.5 mm`, `20 us`, `2650 kg/m^3`); a bare number "
-        "is SI. On\nthe command line `-s section.key=value` replaces a value. A default in brackets holds "
-        "for a scene that has\n`particles` but no section `grains`. *not set*: follows from others or is left out, see "
-        "the meaning; `ryusa show SCENE.yaml`\nprints what came out.\n\n"
+        "is SI. On\nthe command line `-s section.key=value` replaces a value, or gives one that the scene lacks "
+        "(one of `grains` makes a bed).\nLines `# -s section.key=value` at the end of a scene count, too: so results "
+        "and `ryusa tune` keep them. A default in\nbrackets holds for a scene that has `particles` but no section "
+        "`grains`. *not set*: follows from others or is left out, see\nthe meaning; `ryusa show SCENE.yaml` prints what "
+        "came out.\n\n"
         "`title:` at the top is any text.\n");
 }
 
@@ -79,7 +81,9 @@ static void print_tail(void)
         "      - {position: [1 mm, 2 mm], velocity: [0, -0.1 m/s], spin: 0, diameter: 0.5 mm,\n"
         "         density: 2650 kg/m^3, fixed: false}\n\n"
         "`position` (x, z) is needed. `velocity` and `spin` (positive from z towards x) are zero, "
-        "`diameter` and\n`density` those of `grains`, `fixed` false unless given.\n\n"
+        "`diameter` and\n`density` those of `grains`, `fixed` false unless given. At the start a grain may "
+        "lie in another, the\nfloor or a wall by a twentieth of the smaller "
+        "diameter: those of a bed at rest, or of one that flows, do.\n\n"
         "Many grains are better kept in a table (CSV), which is read ten times as fast:\n\n"
         "    particles:\n"
         "      - {file: grains.csv, density: 2650 kg/m^3}     # all others of one grain, too, but position\n\n"

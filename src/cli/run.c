@@ -133,8 +133,9 @@ static void print_stopped(const arguments *a, const ry_progress *progress)
 
 static void print_flux(const ry_config *config, const ry_run_result *r)
 {
-    if (r->samples <= 0) {
-        printf("q*      not known: the run has no samples with the fluid on\n");
+    if (r->samples <= 0 || !(ry_config_derive(config).length > 0.0)) {
+        printf("q*      not known: %s\n", r->samples <= 0 ? "the run has no samples with the fluid on"
+                                                          : "the scene has no domain.length");
         return;
     }
     printf("q*      %.4g +- %.2g at Shields number %.4g\n", r->q_star, r->q_star_error,

@@ -271,7 +271,9 @@ static ry_status read_document(ry_config *config, yaml_document_t *document, con
 static ry_status parse(ry_config *config, const char *text, const char *name,
                        const char *const *overrides, int n_overrides, ry_error *error)
 {
+    static const char order_mark[] = "\xEF\xBB\xBF"; /* which some editors put in front */
     const ry_place place = {.name = name};
+    text += strncmp(text, order_mark, strlen(order_mark)) == 0 ? strlen(order_mark) : 0;
     if (strlen(text) > LARGEST) {
         return ry_place_fail(place, NULL, error, "larger than %d MiB; not a scene", LARGEST >> 20);
     }

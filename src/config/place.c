@@ -8,15 +8,22 @@
 #include <stdio.h>
 #include <string.h>
 
+/* The end of a path counts. */
+enum { LONGEST_NAME = 500 };
+
 /* "file:12", "file" or "-s key=value". */
 static void describe(ry_place place, char *out, size_t size)
 {
+    const char *const name = place.name != NULL ? place.name : "";
+    const size_t length = strlen(name);
+    const int is_long = length > LONGEST_NAME;
+    const char *const cut = is_long ? "..." : "", *const shown = is_long ? name + length - LONGEST_NAME : name;
     if (place.override_ != NULL) {
         (void)snprintf(out, size, "-s %s: ", ry_place_quote(place.override_).text);
     } else if (place.line > 0) {
-        (void)snprintf(out, size, "%s:%d: ", place.name[0] ? place.name : "scene", place.line);
-    } else if (place.name[0] != '\0') {
-        (void)snprintf(out, size, "%s: ", place.name);
+        (void)snprintf(out, size, "%s%s:%d: ", cut, name[0] ? shown : "scene", place.line);
+    } else if (name[0] != '\0') {
+        (void)snprintf(out, size, "%s%s: ", cut, shown);
     } else {
         out[0] = '\0';
     }

@@ -190,14 +190,33 @@ static double times(double value, double scale)
     return value * scale;
 }
 
+/* udunits would read "5 mm" after a number as a fivefold mm, and "mm 2" as the double; digits are for powers, which
+ * follow a letter, ^ or **, or a sign behind one. Only "1/s" may begin with one. */
+static int has_factor(const char *unit)
+{
+    if (strchr("+-.,", unit[0]) != NULL) {
+        return 1;
+    }
+    for (size_t i = strncmp(unit, "1/", 2) == 0 ? 1 : 0; unit[i] != '\0'; i++) {
+        size_t before = i;
+        before -= before > 0;
+        before -= before > 0 && strchr("+-", unit[before]) != NULL;
+        const int power = before > 0 && strncmp(unit + before - 1, "**", 2) == 0;
+        const int begins = i == 0 || strchr(" \t.,*/()", unit[before]) != NULL;
+        if (isdigit((unsigned char)unit[i]) && begins && !power) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
 static int convert(const char *from, const char *to, double *value, char *problem, size_t size)
 {
-    /* udunits would read "5 mm" after a number as a fivefold mm; only "1/s" may begin so. */
-    const int digits = (isdigit((unsigned char)from[0]) && strncmp(from, "1/", 2) != 0) ||
-                       strchr("+-.,", from[0]) != NULL;
+    /* A cycle is no radian, but udunits takes both for nothing. */
+    const int refused = has_factor(from) || (strcmp(to, "rad/s") == 0 && strstr(from, "Hz") != NULL);
     double scale = NAN;
     int found = 1;
-    if (!digits) {
+    if (!refused) {
         (void)pthread_mutex_lock(&units.mutex);
         found = find_scale(from, to, &scale);
         (void)pthread_mutex_unlock(&units.mutex);
@@ -252,9 +271,8 @@ int ry_quantity_read(const char *text, const char *unit, double *value, char *pr
     }
     *value = to_double(begin);
     if (rest[0] != '\0' && bare) {
-        (void)snprintf(problem, size, "'%s' is not a plain number; it takes no unit, write %.*s",
-                       ry_place_quote(text).text, (int)(end - begin) < 40 ? (int)(end - begin) : 40,
-                       begin);
+        (void)snprintf(problem, size, "'%s' is not a plain number; it takes no unit, write %.9g",
+                       ry_place_quote(text).text, strcmp(rest, "%") == 0 ? *value / 100.0 : *value);
         return 0;
     }
     if (rest[0] != '\0' && !convert(rest, unit, value, problem, size)) {

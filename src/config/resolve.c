@@ -248,6 +248,12 @@ static ry_status check_domain(const ry_check *check)
                              "m; at least %g m is needed",
                              length, config->grains_columns, config->grains_diameter, bed);
     }
+    const double largest = config->grains_diameter * (1.0 + config->grains_spread);
+    if (config->has_grains && config->domain_walls && length < largest) {
+        return ry_check_fail(check, RY_KEY_domain_length,
+                             "%g m between side walls is too short for grains of up to %g m; at least that is needed",
+                             length, largest);
+    }
     return RY_OK;
 }
 
@@ -271,6 +277,11 @@ static ry_status check_fluid(const ry_check *check)
                              "%g kg/m^3 is not below the density of "
                              "the grains, %g kg/m^3; they would float",
                              config->fluid_density, check->derived.density);
+    }
+    if (config->domain_gravity == 0.0 && isnan(config->fluid_shear_stress) && config->fluid_shields > 0.0) {
+        return ry_check_fail(check, RY_KEY_fluid_shields,
+                             "%g makes no stress, for there is no gravity; give domain.gravity, or "
+                             "fluid.shear_stress, or 0 for a fluid at rest", config->fluid_shields);
     }
     if (check->derived.shields > ry_keys_row(RY_KEY_fluid_shields)->high) {
         return ry_check_fail(check, RY_KEY_fluid_shear_stress,

@@ -35,4 +35,7 @@ ry_quote ry_check_name(const ry_check *check, int index);
 ry_status ry_check_overlap(const ry_check *check);   /* explicit grains, floor, walls */
 ry_status ry_check_stability(const ry_check *check); /* the time step */
 
+/* Largest a = k dt^2 (1/m1 + 1/m2) that a law bears: see stability.c. INFINITY: the rule is another. */
+double ry_stability_limit(const ry_config *config, int is_bed);
+
 #endif

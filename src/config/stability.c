@@ -83,8 +83,18 @@ static ry_status check_fujioka1(const ry_check *check, double a)
     return ry_check_fail(check, RY_KEY_contact_restitution,
                          "%.4g is beyond law fujioka-1 with this "
                          "step, which can't keep the energy of an impact; allowed is at least %.4g "
-                         "= sqrt(a/(1 + a)), or a larger contact.alpha_m",
-                         e, least);
+                         "(above sqrt(a/(1 + a))), or a %s",
+                         e, least * 1.0002,
+                         isnan(check->config->contact_stiffness) ? "larger contact.alpha_m"
+                                                                 : "smaller contact.stiffness or time.step");
+}
+
+double ry_stability_limit(const ry_config *config, int is_bed)
+{
+    if (is_cundall(config) || (config->contact_law == RY_LAW_TANAKA && !is_bed)) {
+        return INFINITY;
+    }
+    return config->contact_law == RY_LAW_TANAKA ? 1.0 : (is_bed ? 1.5 : 10.0);
 }
 
 static ry_status check_law(const ry_check *check)
@@ -95,9 +105,8 @@ static ry_status check_law(const ry_check *check)
     if (is_cundall(config)) {
         return check_cundall(check, a, inverse);
     }
-    const int tanaka = config->contact_law == RY_LAW_TANAKA;
-    const double limit = tanaka ? 1.0 : (check->derived.is_bed ? 1.5 : 10.0);
-    if (a > limit && (!tanaka || check->derived.is_bed)) {
+    const double limit = ry_stability_limit(config, check->derived.is_bed);
+    if (a > limit) {
         return refuse(check, "a = k dt^2 (1/m1 + 1/m2)", a, limit, sqrt(limit / a));
     }
     return config->contact_law == RY_LAW_FUJIOKA1 ? check_fujioka1(check, a) : RY_OK;
@@ -140,7 +149,7 @@ static ry_status check_load(const ry_check *check)
         return ry_check_fail(check, RY_KEY_contact_stiffness,
                              "the bed is too soft: its %d layers "
                              "press the lowest grains %.2g diameters into each other, the limit is "
-                             "0.3; allowed is at least %.3g N/m",
+                             "0.3; allowed is at least %.4g N/m",
                              config->grains_layers, overlap / d,
                              check->derived.stiffness / part * 1.001);
     }
@@ -148,7 +157,7 @@ static ry_status check_load(const ry_check *check)
     return ry_check_fail(check, RY_KEY_time_step,
                          "the bed is too soft: its %d layers press the "
                          "lowest grains %.2g diameters into each other, the limit is 0.3; allowed "
-                         "is time.step of at most %.3g s%s",
+                         "is time.step of at most %.4g s%s",
                          config->grains_layers, overlap / d, config->time_step * factor * 0.999,
                          isnan(config->contact_stiffness) ? ", or a smaller contact.alpha_m" : "");
 }
@@ -160,8 +169,8 @@ static ry_status check_motion(const ry_check *check)
     if (!(g * dt * dt < 0.1 * check->d_min)) {
         return ry_check_fail(check, RY_KEY_time_step,
                              "a grain falls %.2g diameters in its first step, "
-                             "the limit is 0.1; allowed is less than %.3g s",
-                             g * dt * dt / check->d_min, sqrt(0.1 * check->d_min / g));
+                             "the limit is 0.1; allowed is at most %.4g s",
+                             g * dt * dt / check->d_min, sqrt(0.1 * check->d_min / g) * 0.999);
     }
     for (int i = 0; i < config->n_particles; i++) {
         const double *v = config->particles[i].velocity;
@@ -170,8 +179,8 @@ static ry_status check_motion(const ry_check *check)
             return ry_check_fail_particle(
                 check, i,
                 "moves %.2g times the smallest diameter in one "
-                "step, the limit is 0.5; allowed is time.step below %.3g s",
-                speed * dt / check->d_min, 0.5 * check->d_min / speed);
+                "step, the limit is 0.5; allowed is time.step of at most %.4g s",
+                speed * dt / check->d_min, 0.5 * check->d_min / speed * 0.999);
         }
     }
     return RY_OK;

@@ -52,12 +52,18 @@ static ry_status refuse_second(yaml_parser_t *parser, const char *text, ry_place
 }
 
 /* libyaml needs time that grows with the square of the depth; a scene is five levels deep. Brackets
- * in texts and comments count too, and do no harm: they mostly close. */
+ * in texts count too, and do no harm: they mostly close. */
 static int too_deep(const char *text)
 {
     int depth = 0;
-    for (; *text != '\0' && depth < 1000; text++) {
+    for (char before = '\n'; *text != '\0' && depth < 1000; before = *text++) {
+        if (*text == '#' && strchr(" \t\r\n", before) != NULL) { /* a comment */
+            text += strcspn(text, "\n");
+            text -= *text == '\0';
+            continue;
+        }
         depth += (*text == '[' || *text == '{') - (*text == ']' || *text == '}');
+        depth = depth > 0 ? depth : 0;
     }
     return depth >= 1000;
 }

@@ -25,8 +25,9 @@ ry_places ry_packing_plan(const ry_config *config, double length)
     if (p.columns > p.n) {
         p.columns = p.n;
     }
-    p.pitch_x = fmax(length / (double)p.columns, wanted * CLEARANCE);
-    p.shift = hexagonal ? 0.5 * p.pitch_x : 0.0;
+    const int stacked = p.columns == 1 && !config->domain_periodic; /* there may be walls, and are no gaps to lie in */
+    p.pitch_x = stacked ? length : fmax(length / (double)p.columns, wanted * CLEARANCE);
+    p.shift = hexagonal && !stacked ? 0.5 * p.pitch_x : 0.0;
     p.odd_columns = hexagonal && !config->domain_periodic && p.columns > 1 ? p.columns - 1 : p.columns;
     /* a grain of an odd row lies in the gap of the row below: no nearer than the largest diameter */
     const double reach = wanted * CLEARANCE;
@@ -34,6 +35,7 @@ ry_places ry_packing_plan(const ry_config *config, double length)
     const double half2 = 0.25 * reach * reach; /* rows two apart must clear each other as well */
     p.pitch_z = hexagonal ? sqrt(fmax(rise2, half2)) : reach;
     p.play = loose ? LOOSE_PLAY * largest : 0.0;
+    p.play = stacked ? fmax(fmin(p.play, 0.5 * (length - largest)), 0.0) : p.play;
     p.base = config->domain_floor == RY_FLOOR_ROUGH ? 0.5 * (d + largest) * CLEARANCE + p.play
                                                     : 0.5 * largest + p.play;
     const int64_t two_rows = p.columns + p.odd_columns;

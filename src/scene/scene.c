@@ -5,6 +5,8 @@
 #include <stdlib.h>
 
 #include "base/memory.h"
+#include "config/overlap.h"
+#include "config/resolve.h"
 #include "scene/packing.h"
 
 /* The column has six cells to a diameter and ends 24 diameters above the highest grain; very high
@@ -104,14 +106,71 @@ static void wrap(ry_grains *g, double length)
     }
 }
 
+/* ---- explicit grains in a bed ----------------------------------------------------------------- */
+
+/* The explicit grains, and of the others those that may reach one of them: near the box around all of them, or where x
+ * is periodic between its lower and its upper side. index: which grain a disc is. Returns how many. */
+static int find_near(const ry_config *config, const ry_grains *g, ry_disc *discs, int32_t *index)
+{
+    const int32_t own = config->n_particles;
+    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+    int n = 0;
+    for (int32_t k = 0; k < g->n; k++) {
+        const double at[2] = {g->x[k], g->z[k]}, r = g->radius[k];
+        for (int axis = 0; axis < 2 && k < own; axis++) {
+            low[axis] = fmin(low[axis], at[axis] - r);
+            high[axis] = fmax(high[axis], at[axis] + r);
+        }
+        const int beside = !config->domain_periodic && (at[0] + r < low[0] || at[0] - r > high[0]);
+        if (k < own || !(beside || at[1] + r < low[1] || at[1] - r > high[1])) {
+            discs[n] = (ry_disc){at[0], at[1], r, g->fixed[k]};
+            index[n++] = k;
+        }
+    }
+    return n;
+}
+
+/* Explicit grains must not lie in those of the bed or of the rough floor. */
+static ry_status check_explicit(const ry_config *config, const ry_grains *g, const ry_scene_size *size, double length,
+                                ry_error *error)
+{
+    if (size->explicit_grains == 0 || size->bed + size->floor == 0) {
+        return RY_OK;
+    }
+    ry_disc *const discs = ry_array((size_t)g->n, sizeof *discs);
+    int32_t *const index = ry_array((size_t)g->n, sizeof *index);
+    if (discs == NULL || index == NULL) {
+        free(discs);
+        free(index);
+        return ry_no_memory(error, (size_t)g->n * sizeof *discs);
+    }
+    ry_overlap found = {-1, -1, 0.0, 0.0};
+    const int n = find_near(config, g, discs, index);
+    ry_status status =
+        ry_overlap_find(discs, n, config->n_particles, config->domain_periodic ? length : 0.0, &found, error);
+    if (status == RY_OK && found.first >= 0) {
+        const ry_check check = {.config = config, .error = error};
+        const int32_t other = index[found.second];
+        status = ry_check_fail_particle(&check, found.first, "overlaps a grain of the %s, at x = %.6g m, z = %.6g m, by "
+                                        "%.3g m; allowed at the start is %.3g m, a twentieth of the smaller diameter",
+                                        other < size->explicit_grains + size->bed ? "bed" : "rough floor", g->x[other],
+                                        g->z[other], found.depth, found.most);
+    }
+    free(discs);
+    free(index);
+    return status;
+}
+
+/* ---- all of it -------------------------------------------------------------------------------- */
+
 ry_status ry_scene_build(const ry_config *config, ry_state *state, ry_error *error)
 {
     const ry_scene_size size = ry_scene_measure(config);
     const ry_derived derived = ry_config_derive(config);
     const int64_t n = size.explicit_grains + size.bed + size.floor;
     if (n < 1 || n > INT32_MAX / 16) {
-        return ry_fail(error, RY_BAD_INPUT, "%s: the scene has %lld grains; 1 to %d are allowed",
-                       config->path, (long long)n, INT32_MAX / 16);
+        return ry_fail(error, RY_BAD_INPUT, "%s: grains.columns x grains.layers, particles and a rough floor of domain.length "
+                       "are %lld grains; 1 to %d are allowed", config->path, (long long)n, INT32_MAX / 16);
     }
     const int ledger = (config->output_fields & RY_FIELD_ENERGY) != 0;
     RY_TRY(ry_state_create(state, (int32_t)n, size.nz, ledger, error));
@@ -122,5 +181,5 @@ ry_status ry_scene_build(const ry_config *config, ry_state *state, ry_error *err
     if (config->domain_periodic) {
         wrap(&state->grains, derived.length);
     }
-    return RY_OK;
+    return check_explicit(config, &state->grains, &size, derived.length, error);
 }

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "config/resolve.h"
 #include "io/result.h"
 #include "law/drag.h"
 #include "scene/scene.h"
@@ -136,8 +137,7 @@ static void say_wet(const ry_writer *w, const ry_config *config, const ry_derive
     }
 }
 
-/* Largest time step that an explicit spring and dashpot bear (docs/contact-laws.md), for a pair and for
- * the highest mode of a triangular packing, 3 a + 6 c < 4. */
+/* Largest time step: see config/stability.c. */
 static void say_step(const ry_writer *w, const ry_config *config, const ry_derived *q)
 {
     const double dt = config->time_step, a = q->step_ratio;
@@ -147,10 +147,12 @@ static void say_step(const ry_writer *w, const ry_config *config, const ry_deriv
         q->steps_end, q->steps_frame, q->steps_series);
     const double period = 2.0 * M_PI * sqrt(q->mass / q->stiffness);
     say(w, "  period of a grain        %.6g s = %.4g steps\n", period, period / dt);
-    if (config->contact_law == RY_LAW_ENERGY) {
-        say(w, "  limit                    none by stiffness or damping: the law bounds both (a <= 10)\n");
-    } else {
-        say(w, "  a + 2 c < 4 for a pair   %.4g\n  3 a + 6 c < 4 for a bed  %.4g\n", a + 2.0 * c, 3.0 * a + 6.0 * c);
+    if (config->contact_law == RY_LAW_CUNDALL || config->contact_law == RY_LAW_CUNDALL_TENSION) {
+        say(w, q->is_bed ? "  3 a + 6 c < 4 in a bed   %.4g\n" : "  a + 2 c < 4 for a pair   %.4g\n",
+            (q->is_bed ? 3.0 : 1.0) * (a + 2.0 * c));
+    } else if (isfinite(ry_stability_limit(config, q->is_bed))) {
+        say(w, "  a = k dt^2/m_r           %.4g of the mean pair; of the lightest at most %g\n", a,
+            ry_stability_limit(config, q->is_bed));
     }
 }
 

@@ -32,14 +32,17 @@ typedef struct ry_runner {
 
 /* ---- statistics ------------------------------------------------------------------------------ */
 
-/* Samples before this one belong to settling and to the start from motion. */
-static int64_t first_honest_sample(const ry_runner *r)
+/* Samples before this one belong to settling and to the start from motion. Of a run that ends soon after that, those
+ * from the start of the fluid on are taken; before it there is no flux to be known. */
+static int64_t first_honest_sample(const ry_runner *r, int64_t n)
 {
     const ry_plan *const plan = &r->sim->plan;
-    const int64_t step = plan->has_fluid ? (plan->flow.tau_start > plan->flow.tau ? plan->flow.step_boost
-                                                                                  : plan->flow.step_start)
-                                         : plan->derived.steps_settle;
-    return (step + plan->derived.steps_series - 1) / plan->derived.steps_series;
+    const int every = plan->derived.steps_series;
+    const int64_t start = (plan->derived.steps_settle + every - 1) / every;
+    const int boosted = plan->has_fluid && plan->flow.tau_start > plan->flow.tau;
+    const int64_t honest = boosted ? (plan->flow.step_boost + every - 1) / every : start;
+    const int64_t first = n - honest >= FEWEST_SAMPLES ? honest : start;
+    return plan->has_fluid || n - first >= FEWEST_SAMPLES ? first : 0;
 }
 
 /* Of a run that has broken down those that its last good state has behind it, and none that are no numbers: a check
@@ -59,10 +62,9 @@ static ry_status flux_statistics(ry_runner *r, ry_series_statistics *out, ry_err
     int64_t n = 0;
     const double *const series = ry_result_flux_series(r->file, &n);
     n = count_sound(r, series, n);
-    const int64_t from = first_honest_sample(r);
-    const int64_t cut = n - from >= FEWEST_SAMPLES ? from : 0;
+    const int64_t cut = first_honest_sample(r, n);
     *out = (ry_series_statistics){0};
-    if (n == 0) {
+    if (n - cut < 2) { /* the first is that of the start */
         return RY_OK;
     }
     RY_TRY(ry_series_equilibrated(series + cut, n - cut, out, error));
