@@ -198,6 +198,9 @@ def peers(rows, machine, picture):
 
 
 def main(words):
+    if words in (["-h"], ["--help"]):
+        print(__doc__)
+        return
     if not 1 <= len(words) <= 2:
         sys.exit("usage: bench.py FILE.h5|FILE.csv [PICTURE.png]")
     path = Path(words[0])

@@ -23,7 +23,8 @@ try:
     import h5py
     import numpy as np
 except ImportError as missing:
-    sys.exit(f"{Path(sys.argv[0]).name}: {missing}; Debian: apt install python3-h5py python3-matplotlib")
+    sys.exit(f"{Path(sys.argv[0]).name}: {missing} for {sys.executable}; Debian: apt install python3-h5py python3-matplotlib, "
+             "which are for Debian's own python3")
 
 BAD_USAGE, BAD_FILE = 2, 4
 GRAINS = "particles/grains"

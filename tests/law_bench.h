@@ -17,11 +17,8 @@
 
 #include <cmocka.h>
 
+#include "law/all.h"
 #include "law/bond.h"
-#include "law/cundall.h"
-#include "law/energy.h"
-#include "law/fujioka.h"
-#include "law/tanaka.h"
 #include "ryusa/config.h"
 
 typedef ry_push law_fn(const ry_bond q, const ry_touch t);

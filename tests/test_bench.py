@@ -57,8 +57,11 @@ class Bench(unittest.TestCase):
         self.refuses(2, "stability", "-j", "0", says="-j 0")
         self.refuses(2, "stability", "-o", "", says="name")
         self.refuses(4, "stability", "-o", "nowhere/x.h5", says="nowhere")
-        (self.folder / "there.h5").write_text("mine")
+        (self.folder / "there.h5").write_bytes(b"\x89HDF\r\n\x1a\n")
         self.refuses(4, "speed", "-o", "there.h5", says="--force")
+        self.assertEqual((self.folder / "there.h5").stat().st_size, 8)
+        (self.folder / "there.h5").write_text("mine")
+        self.refuses(4, "speed", "-o", "there.h5", "--force", says="not a result file")
         self.assertEqual((self.folder / "there.h5").read_text(), "mine")
         self.assertEqual([p.name for p in self.folder.iterdir()], ["there.h5"])
 

@@ -102,6 +102,34 @@ class Cli(unittest.TestCase):
                                               "domain: {gravity: 9.81}\nfluid: {model: stress, shear_stress: 1 Pa}\n")
         self.assertIn("q*      not known: the scene has no domain.length\n", self.run_program("run", "one.yaml").stdout)
 
+    def test_flux_of_the_start(self):
+        """A run that ends with the start from motion says so."""
+        scene = ("-s", "time.end=0.2", "-s", "time.settle=0.1", "-s", "fluid.start=motion", "-s", "fluid.shields=0.1")
+        r = self.run_program("run", "scene.yaml", *scene)
+        self.assertIn("note    q* is of the start from motion, at a higher stress (fluid.start), which ends at t = 0.35 s", r.stdout)
+        self.assertIn("the run ended with the start", self.run_program("info", "scene.h5").stdout)
+        r = self.run_program("run", "scene.yaml", "--force", *scene, "-s", "fluid.start=rest")
+        self.assertNotIn("note", r.stdout)
+
+    def test_memory_that_is_given_back(self):
+        """With other bytes in freed memory (glibc): nobody reads it."""
+        r = self.run_program("run", "scene.yaml", env={**os.environ, "MALLOC_PERTURB_": "85"})
+        self.assertEqual(r.returncode, 0, r.stderr)
+        r = self.run_program("info", "scene.h5", env={**os.environ, "MALLOC_PERTURB_": "85"})
+        self.assertEqual(r.returncode, 0, r.stderr)
+
+    def test_the_clock_decides_nothing(self):
+        """A run that breaks down does so at the same step, and keeps the same state, however often it saves."""
+        found = []
+        for often in ("0", "60"):
+            r = self.run_program("run", "scene.yaml", "-s", "time.end=0.6", "-s", "time.settle=0.02", "-s", "fluid.shields=100",
+                                 "-s", "fluid.lift=10", "-s", "output.interval=1ms", "-s", f"output.checkpoint={often}", "-o",
+                                 f"broken{often}.h5")
+            self.assertEqual(r.returncode, 3, r.stderr)
+            hash_of = re.search(r"state hash +(\w+)", self.run_program("info", f"broken{often}.h5.part").stdout).group(1)
+            found.append((r.stderr.splitlines()[-1], hash_of))
+        self.assertEqual(*found)
+
     def test_byte_order_mark(self):
         (self.folder / "marked.yaml").write_text("\ufeff" + SCENE[SCENE.index("time"):], "utf-8")
         self.assertEqual(self.run_program("show", "marked.yaml").returncode, 0)

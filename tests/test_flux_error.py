@@ -73,6 +73,18 @@ class FluxError(unittest.TestCase):
         self.assertEqual(*hash_of)
         self.assertTrue(hash_of[0])
 
+    def test_ended_but_not_renamed(self):
+        """Killed between the last flush and the rename; and a later time.end for a run that has ended by itself."""
+        settings = ("-s", "time.end=2", "-s", "stop.flux_error=0.5", "-s", "stop.after=0.3", "-o", "a.h5")
+        self.run_program(*settings)
+        found = self.flux("a.h5")
+        self.assertLess(found[2], 2.0)
+        (self.folder / "a.h5").rename(self.folder / "a.h5.part")
+        self.run_program(*settings, "--resume")
+        self.assertEqual(self.flux("a.h5"), found)
+        self.run_program(*settings, "--resume", "-s", "time.end=3")
+        self.assertEqual(self.flux("a.h5"), found)
+
 
 if __name__ == "__main__":
     unittest.main()

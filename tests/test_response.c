@@ -201,6 +201,14 @@ static void test_replicas(void **state)
     }
     assert_true(fabs(ry_replicas_spread(POINTS, point, 0.1) - 0.2) < 0.02);
     assert_true(ry_replicas_spread(POINTS, point, 50.0) == 0.0);
+
+    /* Points near the threshold, where one bed in four moves: the others' spread is not theirs. */
+    for (int k = 0; k < POINTS; k += k % 4 == 2 ? 2 : 1) {
+        const double q[4] = {0.2, 1e-6, 0.0, 1e-5}, e[4] = {0.01, 1e-7, 0.0, 1e-6};
+        point[k] = ry_replicas_of(4, q, e);
+    }
+    assert_true(fabs(ry_replicas_spread(POINTS, point, 0.01) - 0.2) < 0.04);
+    assert_true(ry_replicas_spread(3, point, 0.01) == 0.0);
 }
 
 int main(void)

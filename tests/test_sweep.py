@@ -364,6 +364,7 @@ class Sweep(unittest.TestCase):
             ("vary:\n  fluid.shields: [0.1, 2 mm]\n", ["s.yaml:3: fluid.shields: '2 mm'"]),
             ("vary:\n  fluid.shields: 0.3\n", ["s.yaml:3: fluid.shields: '0.3'", "under 'set'"]),
             ("vary:\n  fluid.shields: [0.3, 0.3]\n", ["fluid.shields: the value 0.3 stands there twice"]),
+            ("vary:\n  fluid.shields: [0.1, 0.2, 1e-1]\n", ["fluid.shields: the value 1e-1 stands there twice"]),
             ("vary:\n  contact.law: [energi]\n", ["s.yaml:3: contact.law", "did you mean energy?"]),
             ("vary:\n  contact.law: {from: 1, to: 2}\n", ["s.yaml:3: contact.law: takes words"]),
             ("vary:\n  fluid.shields: {from: 0.1, steps: 3}\n", ["no 'to'"]),
@@ -396,6 +397,20 @@ class Sweep(unittest.TestCase):
         self.refuses(4, "s.yaml", says=["s.yaml:1: scene: nowhere.yaml: can't be opened"])
         self.refuses(4, "nowhere.yaml", says=["nowhere.yaml"])
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["s.yaml", "scene.yaml"])
+
+    def test_nothing_else_is_replaced(self):
+        self.write("vary:\n  fluid.shields: [0.3]\n")
+        before = {name: (self.folder / name).read_bytes() for name in ("s.yaml", "scene.yaml")}
+        for words in (("-o", "./s.yaml", "--resume"), ("-o", "./s.yaml", "--force"), ("-o", "scene.yaml", "--force")):
+            self.refuses(4, "s.yaml", *words, says=["not a result file"])
+        subprocess.run([PROGRAM, "run", "scene.yaml", "-o", "res.h5", "--quiet"], cwd=self.folder, check=True)
+        before["res.h5"] = (self.folder / "res.h5").read_bytes()
+        self.refuses(4, "s.yaml", "-o", "res.h5", "--resume", says=["res.h5: not the result of a sweep", "--force"])
+        for command in ("tune", "threshold"):
+            r = subprocess.run([PROGRAM, command, "scene.yaml", "-o", "./scene.yaml", "--force"], cwd=self.folder, text=True,
+                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            self.assertNotEqual(r.returncode, 0, command)
+        self.assertEqual({name: (self.folder / name).read_bytes() for name in before}, before)
 
     def test_bad_command_lines(self):
         self.write("vary: {fluid.shields: [0.3]}\n")

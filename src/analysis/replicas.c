@@ -5,13 +5,17 @@
 #include <math.h>
 #include <stdlib.h>
 
+/* A bed that carries less than this part of the mean of all is one that rests, or hardly moves. */
+#define RESTS 0.25
+
 ry_replicas ry_replicas_of(int n, const double *value, const double *error)
 {
-    ry_replicas r = {0, NAN, NAN, NAN};
+    ry_replicas r = {0, NAN, NAN, NAN, NAN};
     double sum = 0.0, own = 0.0, squares = 0.0;
     for (int k = 0; k < n; k++) {
         if (isfinite(value[k])) {
             r.n++;
+            r.lowest = fmin(r.lowest, value[k]); /* of NAN and a number the number */
             sum += value[k];
             own += isfinite(error[k]) ? error[k] * error[k] : 0.0;
         }
@@ -40,7 +44,8 @@ double ry_replicas_spread(int n, const ry_replicas *point, double least)
     size_t used = 0;
     double freedom = 0.0, spread = 0.0;
     for (int k = 0; k < n && list != NULL; k++) {
-        if (point[k].n > 1 && point[k].mean > least) {
+        const int rests = !(point[k].lowest > RESTS * point[k].mean);
+        if (point[k].n > 1 && point[k].mean > least && !rests) {
             const double part = point[k].between / point[k].mean;
             list[used++] = part * part * point[k].n;
             freedom += point[k].n - 1.0;

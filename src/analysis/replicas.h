@@ -12,14 +12,16 @@ typedef struct ry_replicas {
     double mean;
     double within;  /* standard error of the mean by the replicas' own errors */
     double between; /* by what they differ beyond these; 0 where n < 2 */
+    double lowest;
 } ry_replicas;
 
 /* Results that are no numbers are left out; an own error that is none counts as 0. */
 ry_replicas ry_replicas_of(int n, const double *value, const double *error);
 
 /* What beds differ by, as a part of their mean, pooled over points: few replicas tell it badly at one
- * point, and well over many. The median, for near its threshold a bed moves or not. Points with a mean
- * of `least` or below, or with fewer than two replicas, are left out; 0 if none is left. */
+ * point, and well over many. The median. Points with a mean of `least` or below, with fewer than two replicas, or with
+ * one below a quarter of their mean are left out, for near its threshold a bed moves or not, and that tells nothing of
+ * the other points; 0 if none is left. */
 double ry_replicas_spread(int n, const ry_replicas *point, double least);
 
 /* Standard error of the mean; `spread` is that of ry_replicas_spread, 0 where there is none. */

@@ -19,3 +19,8 @@ double ry_random(uint32_t seed, ry_random_purpose purpose, uint64_t index)
     const uint64_t high = bits.v[0] >> 5, low = bits.v[1] >> 6; /* 27 + 26 bits */
     return (double)((high << 26) | low) * 0x1p-53;
 }
+
+int ry_random_replica(int seed, int k)
+{
+    return (int)(((int64_t)seed + k) % ((int64_t)INT32_MAX + 1));
+}

@@ -21,4 +21,7 @@ typedef enum {
 /* Evenly distributed in [0, 1), 53 bits. */
 double ry_random(uint32_t seed, ry_random_purpose purpose, uint64_t index);
 
+/* Seed of replica k of a scene with this grains.seed: the following ones, and 0 after the largest. */
+int ry_random_replica(int seed, int k);
+
 #endif

@@ -72,6 +72,7 @@ ry_status ry_text_write(const char *path, const char *text, ry_error *error)
     FILE *const file = fopen(part, "wb");
     int failed = file == NULL || fputs(text, file) < 0;
     if (file != NULL) {
+        failed = fflush(file) != 0 || fsync(fileno(file)) != 0 || failed;
         failed = fclose(file) != 0 || failed;
     }
     if (failed || rename(part, path) != 0) {

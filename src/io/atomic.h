@@ -24,8 +24,9 @@ typedef struct ry_atomic ry_atomic;
  * errno tells. */
 ry_atomic *ry_atomic_open(const char *path, int fd);
 
-/* Sets the access property list so that H5Fopen and H5Fcreate work on `file`. Negative on failure. */
-int ry_atomic_set_access(hid_t access, ry_atomic *file);
+/* Sets the access property list so that H5Fopen and H5Fcreate work on `file`. Returns the driver, which H5FDunregister
+ * gives back after H5Fclose: HDF5 closes a file by the driver that it has just let go of. Negative on failure. */
+hid_t ry_atomic_set_access(hid_t access, ry_atomic *file);
 
 /* Lets changes of bytes begin .. begin + size - 1 go into the file at once. For data that nobody
  * reads before the commit. */

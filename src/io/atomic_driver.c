@@ -116,16 +116,15 @@ static const H5FD_class_t driver = {
     .fl_map = H5FD_FLMAP_DICHOTOMY,
 };
 
-int ry_atomic_set_access(hid_t access, ry_atomic *file)
+hid_t ry_atomic_set_access(hid_t access, ry_atomic *file)
 {
     /* A driver is registered once per opening: a handle kept in a static variable would dangle after
      * a program's own H5close. */
     const driver_info info = {file};
     const hid_t id = H5FDregister(&driver);
-    if (id < 0) {
+    if (id >= 0 && H5Pset_driver(access, id, &info) < 0) {
+        H5FDunregister(id);
         return -1;
     }
-    const int set = H5Pset_driver(access, id, &info);
-    H5FDunregister(id);
-    return set;
+    return id;
 }

@@ -27,8 +27,8 @@ static hid_t open_hdf5(ry_h5 *file, ry_h5_mode mode)
 {
     const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
     hid_t id = -1;
-    if (access >= 0 && ry_atomic_set_access(access, file->atomic) >= 0 &&
-        H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) >= 0) {
+    file->driver = access >= 0 ? ry_atomic_set_access(access, file->atomic) : -1;
+    if (file->driver >= 0 && H5Pset_fclose_degree(access, H5F_CLOSE_STRONG) >= 0) {
         id =
             mode == RY_H5_CREATE
                 ? H5Fcreate(file->path, H5F_ACC_TRUNC, H5P_DEFAULT, access)
@@ -38,9 +38,17 @@ static hid_t open_hdf5(ry_h5 *file, ry_h5_mode mode)
     return id;
 }
 
+static void forget_driver(ry_h5 *file)
+{
+    if (file->driver >= 0) {
+        H5FDunregister(file->driver);
+        file->driver = -1;
+    }
+}
+
 ry_status ry_h5_open(ry_h5 *file, const char *path, int fd, ry_h5_mode mode, ry_error *error)
 {
-    *file = (ry_h5){.id = -1, .path = path};
+    *file = (ry_h5){.id = -1, .driver = -1, .path = path};
     file->atomic = ry_atomic_open(path, fd);
     if (file->atomic == NULL) {
         return ry_fail(error, RY_BAD_FILE, "%s: %s", path, strerror(errno));
@@ -56,6 +64,7 @@ ry_status ry_h5_open(ry_h5 *file, const char *path, int fd, ry_h5_mode mode, ry_
         return RY_OK;
     }
     const int failure = ry_atomic_error(file->atomic);
+    forget_driver(file);
     unsilence(file);
     ry_atomic_close(file->atomic);
     return ry_fail(error, RY_BAD_FILE, "%s: %s", path,
@@ -65,6 +74,7 @@ ry_status ry_h5_open(ry_h5 *file, const char *path, int fd, ry_h5_mode mode, ry_
 ry_status ry_h5_close(ry_h5 *file, int failed, const char *doing, ry_error *error)
 {
     failed = H5Fclose(file->id) < 0 || failed != 0;
+    forget_driver(file);
     unsilence(file);
     int failure = ry_atomic_error(file->atomic);
     if (!failed && failure == 0) {

@@ -14,7 +14,7 @@
 #include "ryusa/status.h"
 
 typedef struct ry_h5 {
-    hid_t id;
+    hid_t id, driver;
     ry_atomic *atomic;
     const char *path; /* for messages; the caller's */
     H5E_auto2_t

@@ -86,6 +86,20 @@ static ry_status check_folder(const char *path, ry_error *error)
     return status;
 }
 
+/* Somebody's scene, sweep or table, named by mistake: 1. A result, an empty file or none: 0. */
+static int is_something_else(const char *path)
+{
+    static const char signature[] = "\x89HDF\r\n\x1a\n";
+    char begin[sizeof signature - 1];
+    FILE *const file = fopen(path, "rb");
+    if (file == NULL) {
+        return 0;
+    }
+    const size_t n = fread(begin, 1, sizeof begin, file);
+    (void)fclose(file);
+    return n > 0 && (n < sizeof begin || memcmp(begin, signature, sizeof begin) != 0);
+}
+
 ry_status ry_lock_check_path(const char *path, ry_error *error)
 {
     const size_t length = strlen(path);
@@ -98,6 +112,9 @@ ry_status ry_lock_check_path(const char *path, ry_error *error)
     }
     if (stat(path, &info) == 0 && !S_ISREG(info.st_mode)) {
         return ry_fail(error, RY_BAD_FILE, "%s: not a regular file", path);
+    }
+    if (is_something_else(path)) {
+        return ry_fail(error, RY_BAD_FILE, "%s: not a result file (HDF5), and not replaced by one; give another name", path);
     }
     return check_folder(path, error);
 }

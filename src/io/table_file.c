@@ -85,6 +85,19 @@ ry_status ry_table_file_create(ry_table_file **file, const char *path, const cha
     return RY_OK;
 }
 
+int ry_table_file_is(const char *path, const char *program)
+{
+    ry_h5 file;
+    char *maker = NULL;
+    if (ry_h5_open(&file, path, -1, RY_H5_READ, NULL) != RY_OK) {
+        return 0;
+    }
+    const int is = ry_h5_get_text(file.id, "/", "program", &maker) == 0 && strcmp(maker, program) == 0;
+    free(maker);
+    ry_h5_close(&file, 1, "", NULL);
+    return is;
+}
+
 /* --- filling it --- */
 
 static void note(ry_table_file *file, int failure)

@@ -8,6 +8,7 @@
 #include "config/overlap.h"
 #include "config/resolve.h"
 #include "scene/packing.h"
+#include "stage/slices.h"
 
 /* The column has six cells to a diameter and ends 24 diameters above the highest grain; very high
  * scenes get coarser cells. */
@@ -161,6 +162,49 @@ static ry_status check_explicit(const ry_config *config, const ry_grains *g, con
     return status;
 }
 
+/* What the grains take of each cell of the fluid's column, added to `taken` [m^3]. */
+static void add_volumes(const ry_grains *g, int32_t nz, double dz, double *taken)
+{
+    for (int32_t k = 0; k < g->n; k++) {
+        const double r = g->radius[k], volume = 4.0 / 3.0 * M_PI * r * r * r;
+        const int32_t first = (int32_t)fmax(floor((g->z[k] - r) / dz), 0.0);
+        for (int32_t c = first; c < nz && c * dz < g->z[k] + r; c++) {
+            const double foot = fmax((c * dz - g->z[k]) / r, -1.0), top = fmin(((c + 1) * dz - g->z[k]) / r, 1.0);
+            taken[c] += volume * (ry_slice_below(top) - ry_slice_below(foot));
+        }
+    }
+}
+
+/* Explicit grains may need more room than the fluid has, which is domain.length long (a diameter, where none is given)
+ * and a mean diameter wide: a large one, or several beside each other. */
+static ry_status check_room(const ry_config *config, const ry_derived *q, const ry_state *state, ry_error *error)
+{
+    const ry_column *const column = &state->column;
+    if (config->fluid_model == RY_FLUID_NONE || config->n_particles == 0) {
+        return RY_OK;
+    }
+    double *const taken = ry_array((size_t)column->nz, sizeof *taken);
+    if (taken == NULL) {
+        return ry_no_memory(error, (size_t)column->nz * sizeof *taken);
+    }
+    add_volumes(&state->grains, column->nz, column->dz, taken);
+    int32_t fullest = 0;
+    for (int32_t c = 1; c < column->nz; c++) {
+        fullest = taken[c] > taken[fullest] ? c : fullest;
+    }
+    const double part = taken[fullest] / ((q->length > 0.0 ? q->length : q->d) * q->d * column->dz);
+    free(taken);
+    const ry_check check = {.config = config, .error = error};
+    return !(part > 1.0)
+               ? RY_OK
+               : ry_check_fail(&check, RY_KEY_domain_length,
+                               "at z = %.3g m the grains take %.3g times the room that the fluid has, which is "
+                               "domain.length long%s and as wide as the mean diameter, %g m; give at least %.3g m",
+                               (fullest + 0.5) * column->dz, part,
+                               q->length > 0.0 ? "" : " (a diameter, for none is given)", q->d,
+                               1.1 * part * (q->length > 0.0 ? q->length : q->d));
+}
+
 /* ---- all of it -------------------------------------------------------------------------------- */
 
 ry_status ry_scene_build(const ry_config *config, ry_state *state, ry_error *error)
@@ -181,5 +225,6 @@ ry_status ry_scene_build(const ry_config *config, ry_state *state, ry_error *err
     if (config->domain_periodic) {
         wrap(&state->grains, derived.length);
     }
-    return check_explicit(config, &state->grains, &size, derived.length, error);
+    RY_TRY(check_explicit(config, &state->grains, &size, derived.length, error));
+    return check_room(config, &derived, state, error);
 }

@@ -32,6 +32,13 @@ typedef struct ry_runner {
 
 /* ---- statistics ------------------------------------------------------------------------------ */
 
+/* The step at which the start from motion is over, of a run that has one. */
+static int64_t end_of_start(const ry_plan *plan)
+{
+    const int boosted = plan->has_fluid && plan->flow.tau_start > plan->flow.tau;
+    return boosted ? plan->flow.step_boost : plan->derived.steps_settle;
+}
+
 /* Samples before this one belong to settling and to the start from motion. Of a run that ends soon after that, those
  * from the start of the fluid on are taken; before it there is no flux to be known. */
 static int64_t first_honest_sample(const ry_runner *r, int64_t n)
@@ -39,8 +46,7 @@ static int64_t first_honest_sample(const ry_runner *r, int64_t n)
     const ry_plan *const plan = &r->sim->plan;
     const int every = plan->derived.steps_series;
     const int64_t start = (plan->derived.steps_settle + every - 1) / every;
-    const int boosted = plan->has_fluid && plan->flow.tau_start > plan->flow.tau;
-    const int64_t honest = boosted ? (plan->flow.step_boost + every - 1) / every : start;
+    const int64_t honest = (end_of_start(plan) + every - 1) / every;
     const int64_t first = n - honest >= FEWEST_SAMPLES ? honest : start;
     return plan->has_fluid || n - first >= FEWEST_SAMPLES ? first : 0;
 }
@@ -72,9 +78,11 @@ static ry_status flux_statistics(ry_runner *r, ry_series_statistics *out, ry_err
     return RY_OK;
 }
 
-static const char equilibration_method[] =
-    "samples before the flow is under way are left out, then those before the cut that leaves the most "
-    "effectively independent samples (Chodera 2016)";
+#define CUT "those before the cut that leaves the most effectively independent samples (Chodera 2016)"
+static const char under_way[] = "samples before the flow is under way are left out, then " CUT;
+static const char at_the_start[] =
+    "the run ended with the start (fluid.start: motion), at a higher stress than asked for, or soon after; samples before "
+    "the fluid starts are left out, then " CUT;
 
 static ry_cost cost_of(const ry_runner *r)
 {
@@ -100,10 +108,16 @@ static ry_status take_summary(ry_runner *r, ry_error *error)
     ry_series_statistics flux;
     RY_TRY(flux_statistics(r, &flux, error));
     const double equilibration = (double)flux.first * q->steps_series * dt;
+    const int early = flux.samples > 0 && flux.first * q->steps_series < end_of_start(&r->sim->plan);
+    if (early && r->sim->plan.has_fluid) {
+        snprintf(r->result->note, sizeof r->result->note,
+                 "q* is of the start from motion, at a higher stress (fluid.start), which ends at t = %.4g s",
+                 (double)end_of_start(&r->sim->plan) * dt);
+    }
     ry_summary summary = {.q_star_mean = flux.mean, .q_star_standard_error = flux.standard_error,
                           .autocorrelation_time = flux.autocorrelation_time * q->steps_series * dt,
                           .equilibration_time = equilibration, .samples = flux.samples,
-                          .equilibration_method = equilibration_method,
+                          .equilibration_method = early ? at_the_start : under_way,
                           .stopped_early = r->result->stopped_early};
     if (r->sim->plan.has_profile && (r->sim->config.output_fields & RY_FIELD_PROFILE)) {
         summary.has_profile = 1;
@@ -233,8 +247,7 @@ static ry_status flush_when_due(ry_runner *r, ry_error *error)
     if (r->file == NULL || !is_due(r->sim->state.step, r->sim->plan.derived.steps_frame)) {
         return RY_OK;
     }
-    if (now - r->saved >= r->sim->config.output_checkpoint) {
-        RY_TRY(ry_sim_check(r->sim, error));
+    if (now - r->saved >= r->sim->config.output_checkpoint && ry_sim_is_sound(r->sim)) {
         return flush(r, 1, error);
     }
     /* A checkpoint is worth waiting for a slow disk, the rest has time. */
@@ -263,12 +276,18 @@ static int64_t next_due(const ry_runner *r)
     return due < r->last ? due : r->last;
 }
 
+/* Somebody has asked for it, and the state is one to go on from; else soon, or its next check says what is wrong. */
+static int may_stop(const ry_runner *r)
+{
+    return r->stop_asked && ry_sim_is_sound(r->sim);
+}
+
 /* To the next sample, looking at the clock on the way: a step of a million grains takes its time. */
 static ry_status advance(ry_runner *r, ry_error *error)
 {
     const int64_t due = next_due(r);
     const int64_t chunk = 2000000 / r->sim->state.grains.n + 1;
-    while (r->sim->state.step < due && !r->stop_asked) {
+    while (r->sim->state.step < due && !may_stop(r)) {
         const int64_t left = due - r->sim->state.step;
         RY_TRY(ry_sim_step(r->sim, left < chunk ? left : chunk, error));
         show_progress(r);
@@ -278,20 +297,18 @@ static ry_status advance(ry_runner *r, ry_error *error)
 
 static ry_status loop(ry_runner *r, ry_error *error)
 {
-    while (r->sim->state.step < r->last) {
-        int enough = 0;
+    int enough = 0;
+    RY_TRY(look_at_flux(r, &enough, error)); /* as the run did that ended here, if it is taken up again */
+    while (!enough && r->sim->state.step < r->last) {
         RY_TRY(advance(r, error));
         RY_TRY(take_measures(r, error));
         RY_TRY(look_at_flux(r, &enough, error));
-        if (enough) {
-            r->result->stopped_early = 1;
-            return RY_OK;
-        }
-        if (r->stop_asked) {
+        if (!enough && may_stop(r)) {
             return r->sim->state.step < r->last ? RY_STOPPED : RY_OK;
         }
-        RY_TRY(flush_when_due(r, error));
+        RY_TRY(enough ? RY_OK : flush_when_due(r, error));
     }
+    r->result->stopped_early = enough;
     return RY_OK;
 }
 
@@ -397,10 +414,8 @@ static ry_status run(ry_runner *r, const ry_config *config, ry_error *error)
     }
     r->started = r->shown = r->flushed = r->saved = ry_clock();
     const ry_status status = loop(r, error);
-    if (status == RY_OK || status == RY_STOPPED) { /* nobody has looked at the last steps */
-        RY_TRY(ry_sim_check(r->sim, error));
-    }
     RY_TRY(status);
+    RY_TRY(ry_sim_check(r->sim, error)); /* nobody has looked at the last steps */
     r->result->wall_seconds = ry_clock() - r->started;
     r->result->steps = r->sim->state.step - r->first;
     if (r->file != NULL) {

@@ -206,7 +206,7 @@ static ry_status report(const ry_sim *sim, const char *what, int32_t k, ry_error
 #define DEEPEST 1.9
 
 /* Non-finite numbers, a grain that jumps over its own diameter in a step, or into another. */
-static ry_status look_through(ry_sim *sim, ry_error *error)
+static ry_status examine(ry_sim *sim, ry_error *error)
 {
     ry_plan *const plan = &sim->plan;
     const ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, ry_plan_sets(plan));
@@ -220,6 +220,12 @@ static ry_status look_through(ry_sim *sim, ry_error *error)
     if (deepest.overlap > DEEPEST) {
         return report(sim, "a grain has run into another, or through a wall", deepest.i, error);
     }
+    return RY_OK;
+}
+
+static ry_status examine_and_keep(ry_sim *sim, ry_error *error)
+{
+    RY_TRY(examine(sim, error));
     if (!sim->keeps_good) {
         return RY_OK;
     }
@@ -229,9 +235,14 @@ static ry_status look_through(ry_sim *sim, ry_error *error)
     return RY_OK;
 }
 
+int ry_sim_is_sound(ry_sim *sim)
+{
+    return examine(sim, NULL) == RY_OK;
+}
+
 ry_status ry_sim_check(ry_sim *sim, ry_error *error)
 {
-    const ry_status status = look_through(sim, error);
+    const ry_status status = examine_and_keep(sim, error);
     if (status == RY_UNPHYSICAL && sim->keeps_good) {
         RY_TRY(ry_kept_give(&sim->good, &sim->state, error));
         sim->restored = 1;

@@ -26,6 +26,10 @@ ry_sim *ry_sim_adopt(const ry_config *config, ry_state *state, int threads, ry_e
  * again. */
 ry_status ry_sim_check(ry_sim *sim, ry_error *error);
 
+/* Whether that check would find nothing, and no more: for steps that the clock chooses, on which no bit and no failure
+ * may depend. */
+int ry_sim_is_sound(ry_sim *sim);
+
 /* Brings the contacts of the state up to date; before it is saved or hashed. */
 ry_status ry_sim_collect(ry_sim *sim, ry_error *error);
 

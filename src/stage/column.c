@@ -100,18 +100,29 @@ static int32_t layer_top(const ry_flow *f, const ry_column *c)
     return top;
 }
 
+/* At the face below cell k of the clear flow, with duran-moving: at least the length above a smooth wall half a cell
+ * below, kappa z' (1 - exp(-z' u_star/(26 nu))) (van Driest 1956). When the flow sets in, nothing moves yet and l is 0:
+ * above coarse grains, whose cells are much thicker than the viscous layer, that would be laminar water at enormous
+ * speed. In a flow that has set in l is no shorter by itself. */
+static double at_least_wall(const ry_flow *f, const ry_column *c, double tau, double l, int32_t k)
+{
+    if (f->mixing != RY_FLOW_DURAN_MOVING) {
+        return l;
+    }
+    const double z = (k - f->clear + 0.5) * c->dz, speed = sqrt(tau / f->density);
+    const double wall = RY_FLOW_KAPPA * z * (1.0 - ry_exp(-z * speed / (26.0 * f->viscosity)));
+    return l > wall ? l : wall;
+}
+
 /* Above the grains nothing takes momentum out: the stress is tau_b and the fluid has long adapted to it
  * (its own spin-up, depth/u_star, would be waiting, not physics of the bed). The closure gives the
- * gradient: nu s + l^2 s^2 = tau/(rho (1-phi)). When the flow sets in, nothing moves yet and l is 0, which
- * would be laminar water at enormous speed; with duran-moving l is at least that above a wall in the first
- * cell. All follows from what is below, upwards, up to cell `end`. */
+ * gradient: nu s + l^2 s^2 = tau/(rho (1-phi)). All follows from what is below, upwards, up to cell `end`. */
 static void clear_flow(ry_flow *f, ry_column *c, int32_t end)
 {
     const double still = still_fluid(f, f->tau_now);
     double l = f->valid_length;
     for (int32_t k = f->valid; k < end; k++) {
-        const double wall = f->mixing == RY_FLOW_DURAN_MOVING ? RY_FLOW_KAPPA * (k - f->clear + 0.5) * c->dz : 0.0;
-        const double most = l > wall ? l : wall;
+        const double most = at_least_wall(f, c, f->tau_now, l, k);
         const double l2 = most * most;
         const double kinematic = f->tau_now / (f->density * open_part(c, k - 1));
         const double s = 2.0 * kinematic /
@@ -241,6 +252,9 @@ void ry_flow_shear(const ry_flow *f, const ry_column *c, double tau, double *out
     const int32_t known = known_length(f, tau, c->nz);
     memcpy(length, f->mix, (size_t)known * sizeof *length);
     mixing_length(f, c, tau, known, c->nz, length);
+    for (int32_t k = f->clear > 1 ? f->clear : 1; k < c->nz; k++) {
+        length[k - 1] = at_least_wall(f, c, tau, length[k - 1], k);
+    }
     double below = f->density * (1.0 - c->phi[0]) * f->viscosity * c->u[0] / (0.5 * c->dz);
     for (int32_t k = 0; k < c->nz; k++) {
         const double above = k + 1 < c->nz

@@ -181,16 +181,22 @@ static sample_fn *const samplers[WAYS][3] = {
 };
 
 /* Lift by the difference of u^2 between the top and the bottom of a grain (Wiberg & Smith 1985,
- * J. Geophys. Res. 90, 7341): F = pi/8 rho C_L d^2 (u_top^2 - u_bottom^2), upwards. */
+ * J. Geophys. Res. 90, 7341): F = pi/8 rho C_L d^2 (u_top^2 - u_bottom^2), upwards. It has the share that gravity has
+ * in the implicit step with the drag (sample_block). */
 static void add_lift(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin, int32_t n, int32_t at)
 {
     const double (*const face)[RY_FACE] = (const double (*)[RY_FACE])f->face;
     for (int32_t k = begin; k < begin + n; k++) {
-        const double r = g->radius[k], vx = g->vx[k];
+        const double r = g->radius[k], vx = g->vx[k], area = area_of(f->density, r);
         const ry_spot above = find_spot(f, g->z[k] + r), below = find_spot(f, g->z[k] - r);
         const double top = see(face, above.cell, above.part)[RY_FACE_U] - vx;
         const double foot = see(face, below.cell, below.part)[RY_FACE_U] - vx;
-        m->gz[at + k - begin] += f->lift * area_of(f->density, r) * (top * top - foot * foot) * f->dt * m->im[k];
+        const ry_spot middle = find_spot(f, g->z[k]);
+        const ry_four seen = see(face, middle.cell, middle.part);
+        const double rate = drag_rate(seen[RY_FACE_U] - vx, g->vz[k], area, f->viscous[k], seen[RY_FACE_HINDER],
+                                      f->drag_coefficient, f->drag);
+        const double per_mass = f->dt * m->im[k];
+        m->gz[at + k - begin] += f->lift * area * (top * top - foot * foot) * per_mass / (1.0 + rate * per_mass);
     }
 }
 

@@ -8,10 +8,7 @@
 
 #include <math.h>
 
-#include "law/cundall.h"
-#include "law/energy.h"
-#include "law/fujioka.h"
-#include "law/tanaka.h"
+#include "law/all.h"
 
 typedef ry_push ry_law_fn(const ry_bond q, const ry_touch t);
 

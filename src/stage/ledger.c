@@ -9,7 +9,7 @@ typedef struct ry_velocity {
 
 static ry_velocity mean_of(const ry_motion *m, const ry_grains *g, int32_t k)
 {
-    return k >= g->n ? (ry_velocity){0.0, 0.0}
+    return k >= m->n_awake ? /* walls and sleepers */ (ry_velocity){0.0, 0.0}
                      : (ry_velocity){g->vx[k] + 0.5 * (m->cx[k] * m->im[k] + m->gx[k]),
                                      g->vz[k] + 0.5 * (m->cz[k] * m->im[k] + m->gz[k])};
 }

@@ -20,8 +20,9 @@
 enum { RY_SLOT_X, RY_SLOT_Z, RY_SLOT_TURN, RY_SLOT_MARK, RY_SLOT };
 
 /* RY_SLOT_MARK, of laws that tell impacts from enduring contacts: RY_MARK_HOLDS if its spring holds in this step, plus
- * 1 if it begins to, -1 if its contact has opened. A grain's sum tells how many hold it, and held it before. */
-enum { RY_MARK_HOLDS = 64 };
+ * 1 if it begins to, -1 if its contact has opened. A grain's sum tells how many hold it, and held it before: of
+ * a large grain among small ones that may be dozens. */
+enum { RY_MARK_HOLDS = 4096 };
 
 /* Where the slots of a chunk's pairs lie, which it fills one after the other. Those of its first `head` pairs and of
  * those from `tail` on are kept until the step is over; the others take turns in a ring of mask + 1 slots, pair & mask,

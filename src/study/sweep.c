@@ -159,12 +159,17 @@ static ry_status work(ry_sweep_run *run, const char *description)
 {
     const ry_sweep_options *const o = run->options;
     const int anew = o->force && o->shards == 0;
-    if (!o->force && !o->resume && access(run->store.output, F_OK) == 0) {
+    const int exists = access(run->store.output, F_OK) == 0;
+    if (!o->force && !o->resume && exists) {
         return ry_fail(run->error, RY_BAD_FILE,
                        "%s: exists; --resume goes on with it, --force begins anew",
                        run->store.output);
     }
     RY_TRY(ry_table_file_check(run->store.output, 1, run->error));
+    if (!o->force && exists && !ry_table_file_is(run->store.output, RY_SWEEP_PROGRAM)) {
+        return ry_fail(run->error, RY_BAD_FILE, "%s: not the result of a sweep; give another -o, or --force replaces it",
+                       run->store.output);
+    }
     RY_TRY(check_cases(run));
     RY_TRY(ry_sweep_store_open(&run->store, description, o->shard, o->shards, anew, run->error));
     if (anew) {

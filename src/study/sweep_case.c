@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/memory.h"
+#include "base/random.h"
 #include "base/text.h"
 #include "config/keys.h"
 #include "config/particle.h"
@@ -16,7 +17,7 @@
 
 static int seed_of(const ry_sweep_run *run, int index)
 {
-    return (int)(((long long)run->base.grains_seed + index % run->file.replicas) % 2147483648LL);
+    return ry_random_replica(run->base.grains_seed, index % run->file.replicas);
 }
 
 char *ry_sweep_case_text(const ry_sweep_run *run, int index)

@@ -48,6 +48,14 @@ static ry_status list_range(ry_axis *axis, ry_error *error)
     return axis->n == axis->steps ? RY_OK : ry_no_memory(error, (size_t)axis->steps);
 }
 
+/* 0.1, 0.10 and 1e-1 are; of 0.5 mm and 500 um nobody knows here. */
+static int are_equal(const char *a, const char *b)
+{
+    char *rest_a, *rest_b;
+    const double one = strtod(a, &rest_a), other = strtod(b, &rest_b);
+    return strcmp(a, b) == 0 || (rest_a != a && rest_b != b && one == other && strcmp(rest_a, rest_b) == 0);
+}
+
 static ry_status refuse_equal(const ry_sweep_file *file, const ry_axis *axis, ry_error *error)
 {
     if (axis->n > 2000) { /* nobody writes such a list by hand, and this takes n^2 */
@@ -55,7 +63,7 @@ static ry_status refuse_equal(const ry_sweep_file *file, const ry_axis *axis, ry
     }
     for (int k = 1; k < axis->n; k++) {
         for (int i = 0; i < k; i++) {
-            if (strcmp(axis->value[i], axis->value[k]) == 0) {
+            if (are_equal(axis->value[i], axis->value[k])) {
                 char what[120];
                 snprintf(what, sizeof what, "the value %.60s stands there twice", axis->value[k]);
                 return fail(file, axis, error, what);

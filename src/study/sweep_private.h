@@ -10,6 +10,9 @@
 #include "study/sweep_file.h"
 #include "study/sweep_store.h"
 
+/* What makes a table, see ry_table_file_create. */
+#define RY_SWEEP_PROGRAM "ryusa sweep"
+
 typedef struct ry_sweep_case {
     int mine; /* of this shard */
     int todo;

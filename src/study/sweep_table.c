@@ -282,7 +282,7 @@ ry_status ry_sweep_table_write(const ry_sweep_run *run, ry_error *error)
     for (int k = 0; k < run->n_cases && good; k++) {
         good = fill_row(run, &t, k);
     }
-    ry_status status = good ? ry_table_file_create(&f, run->store.output, "ryusa sweep", 1, error)
+    ry_status status = good ? ry_table_file_create(&f, run->store.output, RY_SWEEP_PROGRAM, 1, error)
                             : ry_no_memory(error, (size_t)run->n_cases * 200);
     if (status == RY_OK) {
         write_head(run, f);

@@ -11,6 +11,7 @@
 #include "analysis/relations.h"
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/random.h"
 #include "base/text.h"
 #include "io/table_file.h"
 #include "sim/sim.h"
@@ -456,7 +457,7 @@ static ry_status find(search *s, ry_threshold_result *result, ry_error *error)
     }
     for (int k = 0; k < s->n_beds; k++) {
         s->beds[k].start = k / o->replicas;
-        s->beds[k].seed = (int)(((long long)s->base.grains_seed + k % o->replicas) % 2147483648LL);
+        s->beds[k].seed = ry_random_replica(s->base.grains_seed, k % o->replicas);
     }
     const double halvings = ceil(log2((o->high - o->low) / (o->tolerance * 1.000001)));
     s->most_trials = s->n_beds * (2 + (halvings > 0.0 ? (int)halvings : 0));

@@ -13,6 +13,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/random.h"
 #include "base/text.h"
 #include "config/particle.h"
 #include "io/table_file.h"
@@ -73,7 +74,7 @@ static ry_status settle_all(ry_tune_run *run, ry_tune_settling *t, const char *w
         t->candidate[k].value = values[k];
         t->candidate[k].piece = &set[k * t->seeds];
         for (int s = 0; s < t->seeds; s++) {
-            make_settling(run, &set[k * t->seeds + s], a, run->base.grains_seed + s);
+            make_settling(run, &set[k * t->seeds + s], a, ry_random_replica(run->base.grains_seed, s));
         }
     }
     RY_TRY(ry_tune_run_batch(run, what, set, n * t->seeds, error));
@@ -101,7 +102,7 @@ static void fill_flux(const ry_tune_run *run, ry_tune_flux *f, ry_tune_piece *se
     f->piece = set;
     for (int i = 0; i < run->fit.n_theta; i++) {
         for (int s = 0; s < run->fit.seeds; s++) {
-            ry_tune_changes c = change_constants(a, run->base.grains_seed + s);
+            ry_tune_changes c = change_constants(a, ry_random_replica(run->base.grains_seed, s));
             ry_tune_make_flux(run, &set[i * run->fit.seeds + s], &c, i);
         }
     }
@@ -221,13 +222,14 @@ static ry_status choose_thetas(ry_tune_run *run, ry_error *error)
     ry_tune_fit *const fit = &run->fit;
     const ry_target *const target = &run->target;
     const int own = target->relation == NULL && target->n <= RY_TUNE_THETAS && !run->wish->quick;
-    const int n = own ? target->n : run->wish->quick ? QUICK_THETAS : FULL_THETAS;
     double low = 0.1, high = 1.0;
     if (target->relation == NULL) {
         ry_target_range(target, &low, &high);
     } else if (run->wish->quick) {
         low = 0.4;
     }
+    const int between = !(high > low) ? 1 : run->wish->quick ? QUICK_THETAS : FULL_THETAS;
+    const int n = own ? target->n : between;
     for (int k = 0; k < n; k++) {
         char text[30];
         snprintf(text, sizeof text, "%.3g", low * pow(high / low, n > 1 ? k / (n - 1.0) : 0.0));
@@ -369,7 +371,8 @@ ry_status ry_tune(const ry_tune_options *options, ry_error *error)
     run->wish = options;
     run->started = ry_clock();
     const ry_status status = tune(run, error != NULL ? error : &own);
-    release(run, status != RY_STOPPED && status != RY_BAD_FILE);
+    const int too_few = status == RY_UNPHYSICAL && run->joint.n_axes > 0; /* a larger budget goes on with them */
+    release(run, status != RY_STOPPED && status != RY_BAD_FILE && !too_few);
     free(run);
     return status;
 }

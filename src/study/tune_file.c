@@ -147,7 +147,7 @@ static void write_flux(const writer *w, const ry_tune_flux *f, const char *group
     ry_table_file_set_text(w->file, group, "what", what);
     ry_table_file_set_number(w->file, group, "beta", f->beta);
     ry_table_file_set_number(w->file, group, "misfit", f->misfit);
-    ry_table_file_set_text(w->file, group, "failure", f->good ? "" : f->piece[0].why);
+    ry_table_file_set_text(w->file, group, "failure", f->good ? "" : ry_tune_reason(f->piece, w->run->fit.n_theta * w->run->fit.seeds));
 }
 
 static void write_target(const writer *w)

@@ -237,7 +237,7 @@ ry_status ry_tune_fit_beta(ry_tune_fit *fit, ry_error *error)
     }
     if (ry_tune_best_of_grid(fit) < 0) {
         return ry_fail(error, RY_UNPHYSICAL, "no beta can be run; the first: %s",
-                       fit->grid[0].piece[0].why);
+                       ry_tune_reason(fit->grid[0].piece, fit->n_theta * fit->seeds));
     }
     double most, chi2;
     const int best = tabulate(fit, &most);

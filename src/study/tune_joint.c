@@ -162,7 +162,7 @@ static void fill(const ry_tune_run *run, ry_tune_flux *flux, ry_tune_piece *set,
             for (int k = 0; k < j->n_axes; k++) {
                 ry_tune_change(&c, j->axis[k].path, ry_tune_axis_value(&j->axis[k], x[k]));
             }
-            ry_tune_change(&c, "grains.seed", run->base.grains_seed + s);
+            ry_tune_change(&c, "grains.seed", ry_random_replica(run->base.grains_seed, s));
             ry_tune_make_flux(run, &set[i * run->fit.seeds + s], &c, i);
         }
     }
@@ -208,11 +208,11 @@ static ry_status take_samples(ry_tune_run *run, ry_error *error)
     const char *why = "";
     for (int k = 0; k < j->n; k++) {
         if (!j->sample[k].flux.good) {
-            why = j->sample[k].flux.piece[0].why;
+            why = ry_tune_reason(j->sample[k].flux.piece, run->fit.n_theta * run->fit.seeds);
         }
     }
     return ry_fail(error, RY_UNPHYSICAL, "only %d of %d candidates could be run, and %d are needed; narrow --vary, or raise "
-                   "--budget; one of the others: %s", j->good, j->n, least, why);
+                   "--budget with --resume; one of the others: %s", j->good, j->n, least, why);
 }
 
 static ry_status judge(ry_tune_run *run, ry_error *error)
@@ -300,7 +300,7 @@ static ry_status run_best(ry_tune_run *run, ry_error *error)
     ry_tune_take_flux(fit, &fit->best);
     return fit->best.good ? RY_OK
                           : ry_fail(error, RY_UNPHYSICAL, "the best constants can't be run: %s; narrow --vary",
-                                    set[0].why);
+                                    ry_tune_reason(set, fit->n_theta * fit->seeds));
 }
 
 ry_status ry_tune_joint_fit(ry_tune_run *run, ry_error *error)

@@ -206,6 +206,16 @@ static ry_status flux(ry_tune_piece *piece, ry_sim *sim, ry_tune_stop *stop, voi
 
 /* --- both --- */
 
+const char *ry_tune_reason(const ry_tune_piece *piece, int n)
+{
+    for (int k = 0; k < n; k++) {
+        if (piece[k].why[0] != '\0') {
+            return piece[k].why;
+        }
+    }
+    return "";
+}
+
 void ry_tune_piece_clear(ry_tune_piece *piece)
 {
     free(piece->value);

@@ -61,6 +61,9 @@ typedef struct ry_tune_piece {
     double *value; /* owned */
 } ry_tune_piece;
 
+/* Why the first of n pieces failed that did; "": none did. */
+const char *ry_tune_reason(const ry_tune_piece *piece, int n);
+
 /* Runs one piece; RY_STOPPED if asked to, RY_OK also where the piece itself failed. */
 typedef int ry_tune_stop(void *data);
 ry_status ry_tune_piece_run(ry_tune_piece *piece, ry_tune_stop *stop, void *data, ry_error *error);

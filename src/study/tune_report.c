@@ -55,7 +55,7 @@ static void settling_row(const ry_tune_run *run, const ry_tune_settling *t, int 
         while (s + 1 < t->seeds && c->piece[s].status == RY_OK) {
             s++;
         }
-        say(run, "  %8.4g  not run: %.72s%s\n", c->value, reason(run, c->piece[s].why), note);
+        say(run, "  %8.4g  not run: %.300s%s\n", c->value, reason(run, c->piece[s].why), note);
         return;
     }
     say(run, "  %8.4g  %6.3f +- %.3f  %6.3f +- %.3f  %8.4f +- %.4f   %8.5f%s%s%s%s\n", c->value,
@@ -141,7 +141,7 @@ static void report_settling(const ry_tune_run *run)
 void ry_tune_report_flux(const ry_tune_run *run, const ry_tune_flux *f, const char *name)
 {
     if (!f->good) {
-        say(run, "  %-8s  not run: %.72s\n", name, reason(run, f->piece[0].why));
+        say(run, "  %-8s  not run: %.300s\n", name, reason(run, ry_tune_reason(f->piece, run->fit.n_theta * run->fit.seeds)));
         return;
     }
     say(run, "  %-8s", name);
@@ -174,7 +174,12 @@ void ry_tune_report_spread(const ry_tune_run *run)
 {
     say(run, "  packings");
     for (int i = 0; i < run->fit.n_theta; i++) {
-        say(run, "  %7.0f %%", 100.0 * run->fit.spread[i]);
+        const double spread = run->fit.spread[i]; /* 0: unknown, where some rest whatever the constants */
+        if (spread > 0.0) {
+            say(run, "  %7.0f %%", 100.0 * spread);
+        } else {
+            say(run, "%11s", "-");
+        }
     }
     say(run, "   (beds differ by)\n");
 }

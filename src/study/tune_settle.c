@@ -186,7 +186,7 @@ ry_status ry_tune_choose(ry_tune_settling *t, ry_error *error)
     }
     if (good == 0) {
         return ry_fail(error, RY_UNPHYSICAL, "no %s can be used; the first: %s", t->key,
-                       t->candidate[0].piece[0].why);
+                       ry_tune_reason(t->candidate[0].piece, t->seeds));
     }
     t->theirs = soonest(t, all);
     t->ours = our_choice(t, all);

@@ -7,10 +7,7 @@
 #include <math.h>
 
 #include "base/clock.h"
-#include "law/cundall.h"
-#include "law/energy.h"
-#include "law/fujioka.h"
-#include "law/tanaka.h"
+#include "law/all.h"
 
 enum { CONTACTS = 128, REPEATS = 500 };
 

@@ -1,0 +1,114 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+# SPDX-FileCopyrightText: 2026 the ryusa authors
+"""Physics where scenes are unusual: fine sand, lift in oil, a large grain among many small ones, sleepers that are hit,
+more grains than the fluid has room for; each once was wrong.    ctest: timeout 120"""
+import math
+import os
+import subprocess
+import tempfile
+import unittest
+from pathlib import Path
+
+try:
+    import h5py
+    import numpy as np
+except ImportError as missing:
+    print(f"skipped: {missing}; Debian: apt install python3-h5py")
+    raise SystemExit(77)
+
+ROOT, PROGRAM = Path(os.environ["SOURCE_DIR"]), os.environ["RYUSA"]
+
+
+class Corners(unittest.TestCase):
+    def setUp(self):
+        temporary = tempfile.TemporaryDirectory()
+        self.addCleanup(temporary.cleanup)
+        self.folder = Path(temporary.name)
+
+    def run_program(self, scene, *words, status=0, output="o.h5"):
+        r = subprocess.run([PROGRAM, "run", str(scene), "-o", output, "--quiet", *words], cwd=self.folder, text=True,
+                           timeout=100, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+        self.assertEqual(r.returncode, status, r.stderr)
+        return h5py.File(self.folder / output) if status == 0 else r.stderr
+
+    def scene(self, text):
+        (self.folder / "scene.yaml").write_text(text)
+        return "scene.yaml"
+
+    def test_stress_above_fine_sand(self):
+        """tau_fluid + tau_grain = tau_b also where the viscous layer is as thick as grains."""
+        with self.run_program(ROOT / "params/flume.yaml", "-s", "grains.diameter=0.1 mm", "-s", "fluid.shields=0.3", "-s",
+                              "time.step=5 us", "-s", "time.settle=0.02", "-s", "time.end=0.12", "-s",
+                              "output.interval=5 ms", "-s", "fluid.start=rest") as file:
+            profile, level = file["observables/profile"], file["observables/bed_level/value"][-1]
+            above = (profile["z"][:] - level) / 1e-4
+            tau = profile["tau_fluid"][:] + profile["tau_grain"][:]
+        clear = (above > 4.0) & (above < 22.0)
+        self.assertGreater(clear.sum(), 50)
+        np.testing.assert_allclose(tau[clear] / tau[-1], 1.0, atol=0.01)
+
+    def test_lift_in_oil(self):
+        """The steady velocity of a grain does not depend on the time step, with lift neither."""
+        found = []
+        for dt in (2e-5, 5e-7):
+            with self.run_program(self.scene(
+                    f"time: {{step: {dt}, end: 0.01, settle: 0}}\ndomain: {{gravity: 9.81, length: 10 mm, periodic: true}}\n"
+                    "fluid: {model: log, shear_stress: 20, viscosity: 1e-3, level: 0, lift: 0.2, start: rest, "
+                    "roughness: 0.3 mm}\noutput: {interval: 1 ms, fields: [velocity]}\n"
+                    "particles: [{position: [5 mm, 1 mm], diameter: 0.5 mm}]\n"), "--force") as file:
+                found.append(file["particles/grains/velocity/value"][3, 0, 1])
+        self.assertLess(found[0], -2e-4)
+        self.assertLess(abs(found[0] / found[1] - 1.0), 1e-4, found)
+
+    def test_many_contacts_at_once(self):
+        """32 and more that begin in one step: a grain begins to be held once, whatever their number."""
+        radius, small, v = 5e-3, 2.5e-4, 0.02
+        for n in (20, 40, 60):
+            angles = (np.arange(n) - (n - 1) / 2) / (n - 1) * 1.2
+            fixed = "".join(f" - {{position: [{(radius + small) * math.sin(a):.17g}, "
+                            f"{0.02 - 1e-4 - (radius + small) * math.cos(a):.17g}], diameter: 0.5 mm, fixed: true}}\n"
+                            for a in angles)
+            with self.run_program(self.scene(
+                    "time: {step: 20 us, end: 0.02}\ndomain: {gravity: 9.81}\noutput: {interval: 1 ms, fields: [energy]}\n"
+                    "contact: {law: energy, alpha_m: 1000, alpha_cn: 0, restitution: 0.5, friction: 0}\n"
+                    f"particles:\n - {{position: [0, 0.02], diameter: 10 mm, velocity: [0, {-v}]}}\n" + fixed),
+                    "--force") as file:
+                energy = file["observables/energy"]
+                start = energy["kinetic/value"][0]
+                self.assertLess(abs(energy["integration/value"][-1]), 1e-3 * start, n)
+
+    def test_sleepers_that_are_hit(self):
+        """The rows of the ledger are the same bits when the run was interrupted."""
+        scene = self.scene(
+            "domain: {length: 8 mm, periodic: true, floor: flat}\n"
+            "grains: {columns: 16, layers: 8, spread: 0.1, packing: square, seed: 25}\n"
+            "contact: {law: energy, restitution: 0.5, sleep: 2}\nfluid: {model: none}\n"
+            "output: {interval: 0.01, fields: [energy]}\ntime: {step: 20 us, end: 0.25, settle: 0}\n"
+            "particles:\n  - {position: [5.13 mm, 157 mm], velocity: [0, -1.0]}\n"
+            "  - {position: [2.65 mm, 207 mm], velocity: [0, -1.2]}\n")
+        self.run_program(scene, output="whole.h5").close()
+        self.run_program(scene, "-s", "time.end=0.074").close()
+        with self.run_program(scene, "--resume") as two, h5py.File(self.folder / "whole.h5") as one:
+            self.assertEqual(one["checkpoint"].attrs["state_hash"], two["checkpoint"].attrs["state_hash"])
+            for row in one["observables/energy"]:
+                self.assertTrue(np.array_equal(one[f"observables/energy/{row}/value"][:],
+                                               two[f"observables/energy/{row}/value"][:]), row)
+
+    def test_no_room_for_the_fluid(self):
+        side_by_side = "".join(f" - {{position: [{k + 0.5} mm, 0.25 mm]}}\n" for k in range(5))
+        fluid = "fluid: {model: balance, shields: 0.3}\n"
+        for text, says in (
+                ("domain: {floor: flat, gravity: 9.81}\n" + fluid + "particles:\n" + side_by_side,
+                 "domain.length: at z = 0.000208 m"),
+                ("grains: {columns: 26, layers: 4}\n" + fluid + "particles: [{position: [5 mm, 9 mm], diameter: 5 mm}]\n",
+                 "times the room that the fluid has, which is domain.length long and as wide")):
+            said = self.run_program(self.scene(text), status=2)
+            self.assertIn(says, said)
+        with self.run_program(self.scene("domain: {floor: flat, gravity: 9.81, length: 25 mm}\n" + fluid + "time: {end: 0.02}\n"
+                                         "particles:\n" + side_by_side)) as file:
+            self.assertLess(np.abs(file["particles/grains/velocity/value"][-1]).max(), 1.0)
+
+
+if __name__ == "__main__":
+    unittest.main()
