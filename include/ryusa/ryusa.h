@@ -52,7 +52,7 @@ RY_API ry_view ry_sim_view(const ry_sim *sim);
 typedef struct ry_sample {
     double q_star;         /* [1] */
     double q_b;            /* sum of V u / (L d) [m^2/s] */
-    double bed_level;      /* [m] */
+    double bed_level;      /* as of the fluid's last advance; NAN without fluid [m] */
     double kinetic_energy; /* of translation and spin, with added mass [J] */
     double gravity_energy; /* buoyant weight x height [J] */
     double elastic_normal, elastic_tangential; /* [J] */

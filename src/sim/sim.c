@@ -345,7 +345,7 @@ ry_sample ry_sim_sample_of(ry_sim *sim, int energies)
     ry_sample s = {.kinetic_energy = sums.kinetic, .gravity_energy = sums.gravity,
                    .elastic_normal = contacts.elastic_normal,
                    .elastic_tangential = contacts.elastic_tangential,
-                   .bed_level = sim->state.column.bed_level};
+                   .bed_level = plan->has_fluid ? sim->state.column.bed_level : NAN};
     if (q->length > 0.0) {
         s.q_b = sums.transport / (q->length * q->d);
         s.q_star = q->flux_unit > 0.0 ? s.q_b / q->flux_unit : 0.0;
