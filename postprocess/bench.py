@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.patches import Patch
-from matplotlib.ticker import LogLocator, NullFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from picture import AMBER, BLACK, BLUE, GREEN, GREY, ORANGE, PINK, SKY, plt, save
 
 LAWS = ["energy", "fujioka-2", "fujioka-2-printed", "fujioka-1", "cundall", "cundall-tension", "tanaka"]
@@ -70,6 +70,15 @@ PROBLEMS = ["binary", "sliding", "sticking", "three-spheres", "settling", "flux"
 ROUNDING = 1e-16  # where errors of 0 are drawn
 
 
+def label_few(axis):
+    """Of an axis that spans little: labels that have room, where matplotlib puts one at each of 3, 4, 5, ... x 10^n."""
+    low, high = axis.get_view_interval()
+    if high < 20.0 * low:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)) if high > 4.0 * low else MaxNLocator(3))
+        axis.set_major_formatter("{x:g}")
+        axis.set_minor_formatter(NullFormatter())
+
+
 def draw_curves(axes, group, work, label):
     for law in (law for law in LAWS if law in group):
         color, marker, line = LAW_STYLE[law]
@@ -83,6 +92,7 @@ def draw_curves(axes, group, work, label):
             axes.errorbar(curve[work][:], error, bar, fmt="none", color=color, linewidth=0.7, capsize=2)
     axes.set_xscale("log")
     axes.set_yscale("log")
+    label_few(axes.xaxis)
     axes.set_xlabel(label)
     axes.set_title(group.name.strip("/"))
     axes.set_ylabel(text_of(group.attrs["error"]).split(",")[0], fontsize=7)
@@ -96,8 +106,12 @@ def accuracy(file, path):
     for column, name in zip(axes.T, problems):
         draw_curves(column[0], file[name], "steps", "steps")
         draw_curves(column[1], file[name], "seconds", "wall time, one thread (s)")
-    handles, labels = axes[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="upper center", ncol=len(LAWS))
+    drawn = {}  # a law may have no point in some panels
+    for one in axes.flat:
+        handles, labels = one.get_legend_handles_labels()
+        drawn.update(zip(labels, handles))
+    laws = [law for law in LAWS if law in drawn]
+    figure.legend([drawn[law] for law in laws], laws, loc="upper center", ncol=len(LAWS))
     figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))
     return save(figure, path)
 

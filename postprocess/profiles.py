@@ -28,20 +28,21 @@ def draw_fraction(axes, z, profile, picture):
     axes.set_xlim(0.0, max(0.7, 1.05 * np.nanmax(profile["phi"])))
 
 
-def draw_velocity(axes, z, top, profile, picture):
-    if "u_fluid" in profile:
+def draw_velocity(axes, z, top, profile, fluid, picture):
+    if fluid and "u_fluid" in profile:
         axes.plot(profile["u_fluid"], z, color=picture.BLUE, label="fluid")
     if "u_grain" in profile:
         grains = np.where(profile.get("phi", np.ones_like(z)) > 1e-4, profile["u_grain"], np.nan)
         axes.plot(grains, z, color=picture.ORANGE, label="grains")
     axes.set_xlabel("velocity (m/s)")
+    axes.locator_params(axis="x", nbins=4)
     axes.set_xlim(right=1.1 * max(line.get_xdata()[np.nanargmax(np.where(z <= top, line.get_xdata(), -np.inf))]
                                   for line in axes.get_lines()))
     legend_above(axes)
 
 
-def draw_stress(axes, z, profile, stress, picture):
-    fluid, grain = profile.get("tau_fluid"), profile.get("tau_grain")
+def draw_stress(axes, z, profile, wet, stress, picture):
+    fluid, grain = profile.get("tau_fluid") if wet else None, profile.get("tau_grain")
     if fluid is not None and grain is not None:
         axes.plot(fluid + grain, z, color=picture.BLACK, lw=2.6, alpha=0.35, label="sum")
     if fluid is not None:
@@ -54,6 +55,7 @@ def draw_stress(axes, z, profile, stress, picture):
         low = min(np.nanmin(v) for v in (fluid, grain, np.zeros(1)) if v is not None)
         axes.set_xlim(left=max(1.05 * low, -0.5 * stress) if low < -0.02 * stress else -0.02 * stress)
     axes.set_xlabel("shear stress (Pa)")
+    axes.locator_params(axis="x", nbins=4)
     legend_above(axes)
 
 
@@ -64,8 +66,8 @@ def make(result, path):
     figure, (left, middle, right) = picture.plt.subplots(1, 3, figsize=(7.2, 3.6), sharey=True, layout="constrained")
     if "phi" in profile:
         draw_fraction(left, z, profile, picture)
-    draw_velocity(middle, z, top, profile, picture)
-    draw_stress(right, z, profile, result.shear_stress, picture)
+    draw_velocity(middle, z, top, profile, result.has_fluid, picture)
+    draw_stress(right, z, profile, result.has_fluid, result.shear_stress, picture)
     for axes in (left, middle, right):
         if bed is not None:
             axes.axhline(bed / result.d, color=picture.GREY, lw=0.8, ls=":")

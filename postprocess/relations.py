@@ -21,8 +21,11 @@ def read_curves():
     with open(CURVES, encoding="utf-8") as file:
         rows = list(csv.reader(line for line in file if not line.startswith("#")))
     theta = np.array(rows[0][4:], float)
-    label = "{0[1]} {0[2]}".format
-    return {row[0]: (label(row), theta, np.array(row[4:], float)) for row in rows[1:]}
+    names = {}
+    for key, author, year, *_ in rows[1:]:
+        name = f"{author} {year}"
+        names[key] = f"{name} ({key})" if name in names.values() else name  # they have two
+    return {row[0]: (names[row[0]], theta, np.array(row[4:], float)) for row in rows[1:]}
 
 
 def read_points(path):

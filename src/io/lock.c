@@ -89,15 +89,12 @@ static ry_status check_folder(const char *path, ry_error *error)
 /* Somebody's scene, sweep or table, named by mistake: 1. A result, an empty file or none: 0. */
 static int is_something_else(const char *path)
 {
-    static const char signature[] = "\x89HDF\r\n\x1a\n";
-    char begin[sizeof signature - 1];
-    FILE *const file = fopen(path, "rb");
-    if (file == NULL) {
-        return 0;
+    ry_atomic *const file = ry_atomic_open(path, -1);
+    const int other = file != NULL && ry_atomic_looks_like_hdf5(file) < 0;
+    if (file != NULL) {
+        ry_atomic_close(file);
     }
-    const size_t n = fread(begin, 1, sizeof begin, file);
-    (void)fclose(file);
-    return n > 0 && (n < sizeof begin || memcmp(begin, signature, sizeof begin) != 0);
+    return other;
 }
 
 ry_status ry_lock_check_path(const char *path, ry_error *error)

@@ -8,7 +8,7 @@
 #include "config/overlap.h"
 #include "config/resolve.h"
 #include "scene/packing.h"
-#include "stage/slices.h"
+#include "stage/column.h"
 
 /* The column has six cells to a diameter and ends 24 diameters above the highest grain; very high
  * scenes get coarser cells. */
@@ -166,10 +166,10 @@ static ry_status check_explicit(const ry_config *config, const ry_grains *g, con
 static void add_volumes(const ry_grains *g, int32_t nz, double dz, double *taken)
 {
     for (int32_t k = 0; k < g->n; k++) {
-        const double r = g->radius[k], volume = 4.0 / 3.0 * M_PI * r * r * r;
+        const double r = g->radius[k], volume = ry_column_volume(r);
         const int32_t first = (int32_t)fmax(floor((g->z[k] - r) / dz), 0.0);
         for (int32_t c = first; c < nz && c * dz < g->z[k] + r; c++) {
-            const double foot = fmax((c * dz - g->z[k]) / r, -1.0), top = fmin(((c + 1) * dz - g->z[k]) / r, 1.0);
+            const double foot = (c * dz - g->z[k]) / r, top = ((c + 1) * dz - g->z[k]) / r;
             taken[c] += volume * (ry_slice_below(top) - ry_slice_below(foot));
         }
     }

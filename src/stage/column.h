@@ -8,7 +8,8 @@
 #include "stage/flow.h"
 #include "stage/slices.h"
 
-/* Rows of flow->sums: solid volume, force on the grains, its derivative by the fluid's velocity. */
+/* Rows of flow->sums: solid volume; the force that the grains got, mean of the steps since the last advance; the force
+ * at the moment, and its derivative by the fluid's velocity. */
 enum { RY_SUM_VOLUME, RY_SUM_GOT, RY_SUM_FORCE, RY_SUM_SLOPE, RY_SUM_COUNT };
 
 /* A row has room for a last run of slices beyond the column. */
