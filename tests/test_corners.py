@@ -61,6 +61,27 @@ class Corners(unittest.TestCase):
         self.assertLess(found[0], -2e-4)
         self.assertLess(abs(found[0] / found[1] - 1.0), 1e-4, found)
 
+    def test_cup_of_small_ones(self):
+        """A large grain that rolls in a cup of small fixed ones comes to rest: its energy only falls."""
+        radius, gravity = 5e-3, 9.81
+        for small, n, opening, more in ((2.5e-4, 20, 2.0, ""), (2.5e-4, 30, 2.8, "alpha_m: 10, alpha_cn: 20"),
+                                        (1e-4, 60, 2.6, ""), (1e-4, 60, 2.6, "alpha_cn: 20")):
+            angles = (np.arange(n) - (n - 1) / 2) / (n - 1) * opening
+            fixed = "".join(f" - {{position: [{(radius + small) * math.sin(a):.17g}, "
+                            f"{0.02 - (radius + small) * math.cos(a):.17g}], diameter: {2 * small}, fixed: true}}\n"
+                            for a in angles)
+            with self.run_program(self.scene(
+                    f"time: {{step: 20 us, end: 1}}\ndomain: {{gravity: {gravity}}}\ncontact: {{law: energy, {more}}}\n"
+                    "output: {interval: 1 ms, fields: [energy]}\n"
+                    f"particles:\n - {{position: [0, 0.02], diameter: 10 mm, velocity: [0.03, -0.05]}}\n" + fixed),
+                    "--force") as file:
+                energy = file["observables/energy"]
+                held = sum(energy[f"{row}/value"][:]
+                           for row in ("kinetic", "gravity", "elastic_normal", "elastic_tangential"))
+                weight = 2650 * 4 / 3 * math.pi * radius**3 * gravity
+                self.assertLess((np.maximum.accumulate(held)[1:] - held[0]).max() / (weight * 2 * radius), 1e-5)
+                self.assertLess(energy["kinetic/value"][-1] / (weight * 2 * radius), 1e-5)
+
     def test_many_contacts_at_once(self):
         """32 and more that begin in one step: a grain begins to be held once, whatever their number."""
         radius, small, v = 5e-3, 2.5e-4, 0.02

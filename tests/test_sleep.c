@@ -127,7 +127,7 @@ static void test_gusts(void **state)
     (void)state;
     static const struct {
         int look, seed;
-    } beds[] = {{11, 1}, {9, 3}}; /* few do both at once */
+    } beds[] = {{9, 1}, {13, 1}}; /* few do both at once */
     int both = 0;
     for (int k = 0; k < 2; k++) {
         const unsigned long long one = hash_of_gust(beds[k].look, beds[k].seed, "0.1", &both);

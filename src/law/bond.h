@@ -7,7 +7,7 @@
 
 #include "law/law.h"
 
-/* A grain in a packing of equal disks has at most six neighbours: the bounds are made for that. */
+/* A grain in a packing of equal disks has at most six neighbours: the bounds are made for so many at least. */
 #define RY_BOND_NEIGHBOURS 6.0
 
 typedef struct ry_law_coef {
@@ -18,7 +18,7 @@ typedef struct ry_law_coef {
     double friction;   /* Coulomb's mu */
     double ratio_k;    /* k_t/k */
     double ratio_eta;  /* eta_t/eta */
-    double bounded;    /* RY_BOND_NEIGHBOURS where the law bounds stiffness and dashpot, else 0 */
+    double bounded;    /* contacts of a grain that the law bounds stiffness and dashpot for, 0: it does not */
     double hertz, root_hertz; /* law tanaka: 1/sqrt(L) and its root; 0: linear spring [m^-1/2, m^-1/4] */
     double g_dt2;      /* gravity, less buoyancy, x dt^2 [m] */
 } ry_law_coef;
@@ -26,7 +26,7 @@ typedef struct ry_law_coef {
 /* Coefficients of a pair with a damping of its own, zeta2 as in ry_law_coef. im = 1/m_i + 1/m_j;
  * tm = im + r_i^2/I_i + r_j^2/I_j is what the contact point feels of a tangential force (7/2 im for spheres).
  *
- * The bounds k/(1 + k dt^2 b/4) and eta/(1 + eta dt b), b = 6 im, keep six contacts of one grain
+ * The bounds k/(1 + k dt^2 b/4) and eta/(1 + eta dt b), b = n im, keep n = q->bounded contacts of one grain
  * together below what an explicit step bears.
  *
  * Tangential: F = -(stretch s + drag w_t), s' = s + w_t'. Between its ends such a step changes

@@ -5,7 +5,7 @@
  *
  * An impact (a contact in its first RY_IMPACT_STEPS steps, of which one partner has no other contact)
  * follows Fujioka & Ushijima's idea: the loss is booked once, in the closing step, and every later step
- * keeps the energy, so that a free binary impact has its restitution to rounding for any step. Three
+ * keeps the energy, so that a free binary impact has its restitution to rounding for any step. Four
  * things differ from the paper:
  *
  *  - The grains are not shifted. The spring is: it is relaxed at the overlap `rest` instead of 0, so
@@ -14,6 +14,8 @@
  *  - Where one partner can't move, or rests on others while the second falls, gravity is part of the balance. Free
  *    flight keeps w^2/2 - g d exactly, so the true closing speed is w_c^2 = w^2 - 2 g d, and the energy kept is
  *    w'^2/2 + a (d' - rest)^2/2 - g d'.
+ *  - In oblique impacts the line of centres turns while the grains pass each other: between the true contact and the
+ *    closing step, and in each step, at the end of which they overlap by less than w' more. Both are reckoned with.
  *  - A grain in several impacts at once gives each of them an equal part of its mass (`split`). Each keeps
  *    the energy of its parts, and putting the parts together again, at their mean velocity, can only
  *    lose: with the whole mass in each of them, two impacts would gain up to two thirds.
@@ -24,7 +26,7 @@
  * Any other contact is enduring, and stays so: a spring with a dashpot that never pulls. The potential is the
  * same, so nothing jumps at the change. Why not the impact law for all: it takes the whole relative velocity at
  * once, and a grain that bounces in the gap between two others never comes to rest. The bounds on stiffness and
- * dashpot (ry_bond_make) keep the enduring law below what an explicit step bears for six contacts. */
+ * dashpot (ry_bond_make) keep the enduring law below what an explicit step bears for six contacts and more. */
 #ifndef RY_LAW_ENERGY_H
 #define RY_LAW_ENERGY_H
 
@@ -37,19 +39,68 @@ typedef struct ry_energy_share {
     double lost;    /* [m^2] */
 } ry_energy_share;
 
-/* The closing step. `energy2` is twice the energy after the loss, counted from the present height:
- * e^2 w_c^2 + 2 g d. It is shared as if spring and motion had both moved since the true contact, 1/s of
- * a step ago: stretch = w^/s. */
+/* The closing step. `energy2` is twice the energy after the loss, counted from the present height and for the present
+ * line of centres: e^2 w_c^2 + 2 g d - turned. At the true contact, up to a step ago, the grains passed each other more
+ * slowly (free flight keeps D across, D the distance of the centres): across^2 was less by `turned`, and w^2 more. The
+ * energy is shared as if spring and motion had both moved since then, 1/s of a step: stretch = w^/s. */
 RY_INLINE ry_energy_share ry_energy_close(const ry_bond q, const ry_touch t, double a)
 {
-    const double speed2 = ry_max(t.w * t.w - 2.0 * t.g * t.d, 0.0);
-    const double energy2 = ry_max(q.e * q.e * speed2 + 2.0 * t.g * t.d, 0.0);
+    const double bent = t.bend * t.d, all = 1.0 + bent;
+    const double turned = t.across * t.across * bent * (2.0 + bent) / (all * all);
+    const double speed2 = ry_max(t.w * t.w + turned - 2.0 * t.g * t.d, 0.0);
+    const double energy2 = ry_max(q.e * q.e * speed2 + 2.0 * t.g * t.d - turned, 0.0);
     const double reach = ry_max(t.w, t.d); /* s d with s >= 1 */
     ry_energy_share share;
     share.stretch = ry_min(t.d * sqrt(energy2 / (reach * reach + a * t.d * t.d)), t.d);
     share.motion2 = ry_max(energy2 - a * share.stretch * share.stretch, 0.0);
     share.lost = 0.5 * (t.w * t.w - energy2);
     return share;
+}
+
+/* The line of centres turns: the overlap after the step is d - h + w'. h [m], and dh/dw'; how the grains pass each
+ * other follows from friction, and that from what the impact adds to w. */
+typedef struct ry_energy_turn {
+    double h, slope;
+} ry_energy_turn;
+
+RY_INLINE ry_energy_turn ry_energy_turning(const ry_touch t, double after)
+{
+    const double added = after - t.w - t.g, grip = t.mu * fabs(added);
+    const double held = ry_max(ry_min(t.stick, grip), -grip), across = t.across + held;
+    const double slides = grip < fabs(t.stick) ? 1.0 : 0.0;
+    const double swing = slides * t.mu * (held * added < 0.0 ? -1.0 : 1.0); /* d across/d after */
+    const double ahead = ry_max(1.0 - t.bend * after, 0.1), aside = t.bend * across;
+    const double way = sqrt(ahead * ahead + aside * aside);
+    ry_energy_turn turn;
+    turn.h = across * aside / (way + ahead);
+    turn.slope = (aside * swing + t.bend * turn.h) / way;
+    return turn;
+}
+
+/* The approach w' that keeps w'^2 + a (stretch - h + w')^2 - 2 g w', the middle term only while the spring is pressed.
+ * In the closing step the positive root: keep going in; later, or where the line of centres turns faster than the
+ * grains approach, the negative one: turn round, or leave. First with the h of a step without impact, then by Newton's
+ * method, of which two turns reach rounding up to half a diameter a step. */
+RY_INLINE double ry_energy_keep(const ry_energy_share has, const ry_touch t, double a, double per_1a, int is_new)
+{
+    enum { TURNS = 2 };
+    ry_energy_turn turn = ry_energy_turning(t, t.w + t.g);
+    const double sign = (is_new & (t.w + t.g > turn.h)) ? 1.0 : -1.0;
+    const double energy2 = has.motion2 + a * has.stretch * has.stretch;
+    const double left = has.stretch - turn.h, b = a * left - t.g;
+    const double within = has.motion2 + a * turn.h * (has.stretch + left); /* energy2 - a left^2 */
+    const double stay = (sign * sqrt(ry_max(b * b + (1.0 + a) * within, 0.0)) - b) * per_1a;
+    const double leave = t.g + sign * sqrt(t.g * t.g + energy2);
+    double after = left + stay > 0.0 ? stay : leave;
+    for (int k = 0; k < TURNS; k++) {
+        turn = ry_energy_turning(t, after);
+        const double stretch = ry_max(has.stretch - turn.h + after, 0.0);
+        const double gain = after * (after - 2.0 * t.g) + a * stretch * stretch - energy2;
+        const double slope = 2.0 * (after - t.g + a * stretch * (1.0 - turn.slope));
+        const int runs = slope * sign > 0.0; /* else there is no energy */
+        after -= runs ? gain / (runs ? slope : 1.0) : 0.0;
+    }
+    return after;
 }
 
 /* Spring and dashpot of a contact that is no impact, for a spring relaxed at `rest`. Their approach lies half a step
@@ -88,26 +139,19 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
      * overlap nobody has paid for */
     const double rest = ((t.age == 0.0) & !alone) ? t.d : ry_min(t.rest, t.d);
     const ry_energy_share close = ry_energy_close(q, t, a);
-    const double stretch = is_new ? close.stretch : t.d - rest;
-    const double motion2 = is_new ? close.motion2 : t.w * t.w;
+    const ry_energy_share has = {is_new ? close.stretch : t.d - rest, is_new ? close.motion2 : t.w * t.w, close.lost};
 
-    /* impact: the approach w' that keeps the energy, (1+a) w'^2 + 2 (a stretch - g) w' = motion2. In the
-     * closing step the positive root: keep going in; later the negative one, or out if it leads there */
-    const double b = a * stretch - t.g;
-    const double root = sqrt(b * b + (1.0 + a) * motion2);
-    const double stay = ((is_new ? root : -root) - b) * per_1a;
-    const double leave = t.g - sqrt(t.g * t.g + motion2 + a * stretch * stretch);
-    const double after = (is_new | (stretch + stay > 0.0)) ? stay : leave;
+    const double after = ry_energy_keep(has, t, a, per_1a, is_new);
     const int parts = is_new & (t.w <= 0.0); /* passing obliquely, parting already: let them go */
-    const double impact = (stretch > 0.0) | is_new ? (after - t.w - t.g) * per_split : 0.0;
+    const double impact = (has.stretch > 0.0) | is_new ? ry_min(after - t.w - t.g, 0.0) * per_split : 0.0;
 
     const ry_push lasting = ry_energy_spring(q, t, rest, t.age > 0.0);
     ry_push p;
     p.f = parts ? 0.0 : (is_impact ? impact : lasting.f);
     p.shift = 0.0;
-    p.rest = is_new ? (parts ? t.d : t.d - stretch) : rest;
+    p.rest = is_new ? (parts ? t.d : t.d - has.stretch) : rest;
     p.impact = (is_new & !parts) ? close.lost * per_split : 0.0;
-    p.held = is_impact ? (is_new ? 0.0 : 0.5 * q.a * stretch * stretch) : -1.0;
+    p.held = is_impact ? (is_new ? 0.0 : 0.5 * q.a * has.stretch * has.stretch) : -1.0;
     p.rough = is_impact ? per_split : 0.0;
     p.from = is_impact ? 0.0 : lasting.from;
     p.dashpot = is_impact ? 0.0 : lasting.dashpot;

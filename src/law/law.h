@@ -45,6 +45,10 @@ typedef struct ry_touch {
     double age;    /* steps in touch before this one; 0: the contact is new */
     double crowd;  /* contacts in this step of the partner that has fewer of the two; this one counts */
     double split;  /* 1/m_r over the true one, >= 1, of masses shared out over a grain's impacts */
+    double bend;   /* 1/distance of the centres, 0: the partner is a wall [1/m] */
+    double across; /* what the centres pass each other by in a step [m] */
+    double stick;  /* what friction must add to `across` to stop the contact point [m] */
+    double mu;     /* Coulomb's */
 } ry_touch;
 
 typedef struct ry_push {

@@ -44,7 +44,7 @@ ry_law_coef ry_plan_law(const ry_config *config, const ry_derived *derived)
                      .e = config->contact_restitution, .friction = config->contact_friction,
                      .ratio_k = ratio, .ratio_eta = sqrt(ratio)};
     if (config->contact_law == RY_LAW_ENERGY) {
-        q.bounded = RY_BOND_NEIGHBOURS;
+        q.bounded = derived->neighbours;
     } else if (config->contact_law == RY_LAW_TANAKA) {
         q.hertz = 1.0 / sqrt(derived->d); /* the tangential spring stays linear */
         q.root_hertz = sqrt(q.hertz);

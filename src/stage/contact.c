@@ -326,6 +326,7 @@ RY_INLINE void crowds(const ry_contact *c, const ry_pairs *pairs, const int32_t 
         }
         near->crowd[k] = crowd;
         near->share[k] = share;
+        near->bend[k] = near->j[k] < pairs->n_grains ? 1.0 / near->distance[k] : 0.0;
         near->side[k] = side;
         near->age[k] -= 1.0;
     }

@@ -134,9 +134,9 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const double nx = near->dx[k] * inverse, nz = near->dz[k] * inverse;
         const double per_ims = per_dt * (distance * tms * sum * per_all);
         const double per_tms = per_dt * (distance * ims * sum * per_all);
+        const double lever = distance * distance * (ims * tms * per_all);
         if (which == CLOSING) {
-            book_left(near, k, (ry_place){ux, uz, nx, nz, distance * distance * (ims * tms * per_all)}, slip_before, dt,
-                      features);
+            book_left(near, k, (ry_place){ux, uz, nx, nz, lever}, slip_before, dt, features);
             continue;
         }
         ry_bond bond;
@@ -150,26 +150,27 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         } else {
             bond = pick_bond(pair, lone, alone);
         }
-        ry_touch t;
-        t.d = sum - distance;
-        t.w = ux * nx + uz * nz;
-        t.rest = rests[k];
-        t.age = near->age[k];
-        t.g = which == YOUNG ? coef.g_dt2 * nz * near->side[k] : 0.0;
-        t.crowd = which == YOUNG ? near->crowd[k] : 1.0;
-        t.split = which == YOUNG ? near->share[k] * (dt * per_ims) : 1.0;
+        double across = ux * nz - uz * nx;
+        const double w_t = features & RY_CONTACT_FRICTION ? across + near->turn[k] * (dt * lever) : 0.0;
+        ry_touch t = {.d = sum - distance, .w = ux * nx + uz * nz, .rest = rests[k], .age = near->age[k]};
+        t.crowd = t.split = 1.0;
+        if (which == YOUNG) {
+            t.g = coef.g_dt2 * nz * near->side[k];
+            t.crowd = near->crowd[k];
+            t.split = near->share[k] * (dt * per_ims);
+            t.bend = near->bend[k];
+            t.across = across;
+            t.stick = -w_t * ims * (dt * per_tms);
+            t.mu = features & RY_CONTACT_FRICTION ? coef.friction : 0.0;
+        }
         const ry_push p = law(bond, t);
         const double normal = p.f * per_ims;
         double px = normal * nx, pz = normal * nz, pt = 0.0;
-        double across = ux * nz - uz * nx;
         ry_loss now = {0.0, 0.0};
         if ((features & RY_CONTACT_LEDGER) && which != YOUNG) {
-            book_left(near, k, (ry_place){ux, uz, nx, nz, distance * distance * (ims * tms * per_all)}, slip_before, dt,
-                      features);
+            book_left(near, k, (ry_place){ux, uz, nx, nz, lever}, slip_before, dt, features);
         }
         if (features & RY_CONTACT_FRICTION) {
-            const double lever = distance * distance * (ims * tms * per_all);
-            const double w_t = across + near->turn[k] * (dt * lever);
             const double fresh = which == EVERY ? 0.0 : p.from; /* new, or an impact until now */
             const double slip = t.age <= fresh ? 0.0 : slip_before + w_t;
             const ry_slide s = ry_tangential(bond, coef.friction, p.f, w_t, slip, p.rough);

@@ -2,11 +2,14 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors */
 #include "stage/ledger.h"
 
-/* Mean velocity of a grain, or a wall, over this step [m/s]. */
+#include <math.h>
+
+/* [m/s] */
 typedef struct ry_velocity {
     double x, z;
 } ry_velocity;
 
+/* Of a grain, or a wall, over this step. */
 static ry_velocity mean_of(const ry_motion *m, const ry_grains *g, int32_t k)
 {
     return k >= m->n_awake ? /* walls and sleepers */ (ry_velocity){0.0, 0.0}
@@ -25,12 +28,14 @@ static double lose_in_impact(const ry_contact *c, const ry_motion *m, const ry_g
     const double nx = pairs->t_nx[p], nz = pairs->t_nz[p];
     const double dt = c->dt, ims = c->im[i] + c->im[j];
     const ry_velocity mean_i = mean_of(m, g, i), mean_j = mean_of(m, g, j);
-    const double mean = (mean_i.x - mean_j.x) * nx + (mean_i.z - mean_j.z) * nz;
-    const double before = (g->vx[i] - g->vx[j]) * nx + (g->vz[i] - g->vz[j]) * nz;
-    const double after = 2.0 * mean - before;
+    const ry_velocity meet = {mean_i.x - mean_j.x, mean_i.z - mean_j.z}; /* approach: the mean, and after the step */
+    const ry_velocity then = {2.0 * meet.x - (g->vx[i] - g->vx[j]), 2.0 * meet.z - (g->vz[i] - g->vz[j])};
+    const double mean = meet.x * nx + meet.z * nz, after = then.x * nx + then.z * nz;
     const ry_gap gap = ry_contact_gap(c, g, pairs, p);
-    const double overlap = g->radius[i] + g->radius[j] - gap.distance;
-    const double stretch = ry_max(overlap - pairs->rest[p] + after * dt, 0.0);
+    const double x = gap.dx - then.x * dt, z = gap.dz - then.z * dt;
+    const double distance = j < pairs->n_grains ? sqrt(x * x + z * z) : gap.distance - after * dt;
+    const double overlap = g->radius[i] + g->radius[j] - distance;
+    const double stretch = ry_max(overlap - pairs->rest[p], 0.0);
     const double held = 0.5 * ry_contact_bond(c, pairs, p).a * stretch * stretch / (ims * dt * dt);
     const double side = (double)ry_contact_rests(c, pairs, i) - (double)ry_contact_rests(c, pairs, j);
     const double fall = impulse != 0.0 ? c->coef.g_dt2 * nz * side : 0.0;
