@@ -43,8 +43,8 @@ typedef struct ry_near {
     double radii[RY_CONTACT_BLOCK], turn[RY_CONTACT_BLOCK]; /* sums of r [m], of spin x r [m/s] */
     double im[RY_CONTACT_BLOCK], tm[RY_CONTACT_BLOCK]; /* sums of the inverse masses [1/kg] */
     double per_all[RY_CONTACT_BLOCK]; /* 1/(distance im tm radii), one division for four */
-    /* of young contacts: as in ry_touch, two; 1 if the owner rests (ry_contact_rests) less 1 if the partner does; the
-     * sum of inverse mass x young contacts of both grains [1/kg] */
+    /* of young contacts: two as in ry_touch; side: 1 if the owner rests (ry_contact_rests) less 1 if the partner does;
+     * share: the sum of inverse mass x young contacts of both grains [1/kg] */
     double crowd[RY_CONTACT_BLOCK], bend[RY_CONTACT_BLOCK], side[RY_CONTACT_BLOCK], share[RY_CONTACT_BLOCK];
     /* in and out: */
     double age[RY_CONTACT_BLOCK];

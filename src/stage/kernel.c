@@ -30,6 +30,24 @@ RY_INLINE ry_bond pick_bond(const ry_bond pair, const ry_bond lone, int alone)
     return b;
 }
 
+/* pair, lone: those of equal grains; im_between: sums of inverse masses below belong to the latter. */
+RY_INLINE ry_bond bond_of(const ry_near *near, int32_t k, const ry_law_coef *coef, const ry_bond pair, const ry_bond lone,
+                          double im_between, const int ratio, const int features)
+{
+    ry_bond bond;
+    if (features & RY_CONTACT_KEPT) {
+#define KEPT(name) .name = near->b_##name[k],
+        bond = (ry_bond){RY_BOND_FIELDS(KEPT).e = near->own[k]};
+#undef KEPT
+    } else if (features & RY_CONTACT_SIZES) {
+        bond = ry_bond_damped(coef, near->im[k], near->tm[k], ratio ? near->own[k] : 0.0);
+        bond.e = ratio ? coef->e : near->own[k];
+    } else {
+        bond = pick_bond(pair, lone, near->im[k] < im_between);
+    }
+    return bond;
+}
+
 /* What becomes of the age of a contact, and its mark (RY_SLOT_MARK). */
 typedef struct ry_ageing {
     double age, mark;
@@ -113,7 +131,6 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
     double *const t_dashpot = near->t_dashpot, *const t_sliding = near->t_sliding;
     double (*const lost)[RY_CONTACT_BLOCK] = near->lost;
     ry_law_coef coef = c->coef; /* copies, so that the loop has no conditional loads */
-    const double *const own = near->own;
     if (ratio) { /* known when compiled: what bounds a dashpot goes, or its root */
         coef.bounded = 0.0;
     } else {
@@ -128,7 +145,6 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const double slip_before = slips[k];
         const int touches = distance < sum;
         const int mine = which == ENDURING ? touches & (near->age[k] >= RY_IMPACT_STEPS) : touches;
-        const int alone = ims < im_between;
         const double tms = near->tm[k], per_all = near->per_all[k]; /* one division for four */
         const double inverse = ims * tms * sum * per_all;
         const double nx = near->dx[k] * inverse, nz = near->dz[k] * inverse;
@@ -139,17 +155,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             book_left(near, k, (ry_place){ux, uz, nx, nz, lever}, slip_before, dt, features);
             continue;
         }
-        ry_bond bond;
-        if (features & RY_CONTACT_KEPT) {
-#define KEPT(name) .name = near->b_##name[k],
-            bond = (ry_bond){RY_BOND_FIELDS(KEPT).e = own[k]};
-#undef KEPT
-        } else if (features & RY_CONTACT_SIZES) {
-            bond = ry_bond_damped(&coef, ims, tms, ratio ? own[k] : 0.0);
-            bond.e = ratio ? coef.e : own[k];
-        } else {
-            bond = pick_bond(pair, lone, alone);
-        }
+        const ry_bond bond = bond_of(near, k, &coef, pair, lone, im_between, ratio, features);
         double across = ux * nz - uz * nx;
         const double w_t = features & RY_CONTACT_FRICTION ? across + near->turn[k] * (dt * lever) : 0.0;
         ry_touch t = {.d = sum - distance, .w = ux * nx + uz * nz, .rest = rests[k], .age = near->age[k]};
