@@ -132,7 +132,6 @@ typedef struct ry_derived {
     double mass;          /* dry mass of that mean grain, the m of alpha_m and alpha_cn [kg] */
     double density;       /* density of the mean grain [kg/m^3] */
     int is_bed;           /* many contacts per grain are to be expected */
-    double neighbours;    /* contacts of a grain that law energy bounds spring and dashpot for, at least 6 [1] */
     double stiffness;     /* k [N/m] */
     double damping;       /* eta = alpha_cn beta 2 sqrt(m k) [N s/m] */
     double stiffness_t;   /* k_t [N/m] */

@@ -4,7 +4,6 @@
  * What follows from a config: the constants of Harada et al. (eqs. 4 and 5), the fluid's scales,
  * the numbers of steps. Letters as in their paper: alpha_m, alpha_cn, beta, k, eta, m. */
 #include "config/keys.h"
-#include "law/bond.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -36,22 +35,6 @@ static void mean_grain(const ry_config *config, ry_derived *out)
         out->density = masses / volumes;
     }
     out->mass = out->density * (pi / 6.0) * out->d * out->d * out->d;
-}
-
-/* How many contacts of a grain the bounds of law energy are made for: the six of a packing, more where the mean grain
- * finds room among smaller ones that are fixed. (Among small ones that move it finds none that resist so.) */
-static double neighbours(const ry_config *config, double d)
-{
-    double smallest = INFINITY;
-    int fixed = 0;
-    for (int i = 0; i < config->n_particles; i++) {
-        if (config->particles[i].fixed) {
-            smallest = fmin(smallest, config->particles[i].diameter);
-            fixed++;
-        }
-    }
-    const double around = isinf(smallest) ? 0.0 : floor(pi / asin(smallest / (smallest + d)) + 1e-6);
-    return fmax(RY_BOND_NEIGHBOURS, fmin(around, fixed));
 }
 
 static double usual_damping(double e)
@@ -172,7 +155,6 @@ ry_derived ry_config_derive(const ry_config *config)
 {
     ry_derived out = {.zeta_impact = NAN};
     mean_grain(config, &out);
-    out.neighbours = neighbours(config, out.d);
     derive_contact(config, &out);
     derive_fluid(config, &out);
     derive_steps(config, &out);

@@ -10,6 +10,14 @@
 /* A grain in a packing of equal disks has at most six neighbours: the bounds are made for so many at least. */
 #define RY_BOND_NEIGHBOURS 6.0
 
+/* Contacts of a grain with fixed ones that the bounds are made for: where these are less than a third as large, as many
+ * as fit around it, pi/asin(fixed/(r + fixed)), but no more than `most`. (Small ones that can move do not resist so.) */
+RY_INLINE double ry_bond_around(double r, double fixed, double most)
+{
+    const double around = 3.1415926535897932 * (1.0 + r / fixed) - 0.3; /* 1 % below: no asin, for the same bits */
+    return r > 3.0 * fixed && fixed > 0.0 ? ry_max(RY_BOND_NEIGHBOURS, ry_min(around, most)) : RY_BOND_NEIGHBOURS;
+}
+
 typedef struct ry_law_coef {
     double k_dt2;      /* normal stiffness x dt^2 [kg] */
     double eta_dt;     /* normal dashpot x dt [kg] */
@@ -27,7 +35,8 @@ typedef struct ry_law_coef {
  * tm = im + r_i^2/I_i + r_j^2/I_j is what the contact point feels of a tangential force (7/2 im for spheres).
  *
  * The bounds k/(1 + k dt^2 b/4) and eta/(1 + eta dt b), b = n im, keep n = q->bounded contacts of one grain
- * together below what an explicit step bears.
+ * together below what an explicit step bears, a + 2 c < 4 of their sum: normals that point all ways count half. All n
+ * tangents turn the same grain: there it is k_t/(1 + k_t dt^2 b).
  *
  * Tangential: F = -(stretch s + drag w_t), s' = s + w_t'. Between its ends such a step changes
  * w_t^2/2 + stretch s^2/2 by a quadratic form that is never positive if
@@ -42,7 +51,8 @@ RY_INLINE ry_bond ry_bond_damped(const ry_law_coef *q, double im, double tm, dou
     const double drag_im = q->ratio_eta * c * tm; /* the drag x im */
     const int bounded = q->bounded > 0.0; /* where it is known when compiled that it is not, all this goes */
     const double bound_a = bounded ? 1.0 + quarter * a : 1.0, bound_c = bounded ? 1.0 + q->bounded * c : 1.0;
-    const double bound_s = bounded ? 1.0 + quarter * stretch : 1.0, bound_d = bounded ? im + q->bounded * drag_im : im;
+    const double bound_s = bounded ? 1.0 + q->bounded * stretch : 1.0;
+    const double bound_d = bounded ? im + q->bounded * drag_im : im;
     /* one division for the six: it is the slowest thing here */
     const double normal = bound_a * bound_c, tangential = bound_s * bound_d, rest = stretch * im;
     const double inverse = 1.0 / (normal * tangential * rest);

@@ -66,7 +66,7 @@ typedef struct ry_energy_turn {
 RY_INLINE ry_energy_turn ry_energy_turning(const ry_touch t, double after)
 {
     const double added = after - t.w - t.g, grip = t.mu * fabs(added);
-    const double held = ry_max(ry_min(t.stick, grip), -grip), across = t.across + held;
+    const double held = ry_max(ry_min(t.stick, grip), -grip), across = t.across + t.g_across + held;
     const double slides = grip < fabs(t.stick) ? 1.0 : 0.0;
     const double swing = slides * t.mu * (held * added < 0.0 ? -1.0 : 1.0); /* d across/d after */
     const double ahead = ry_max(1.0 - t.bend * after, 0.1), aside = t.bend * across;
@@ -77,30 +77,36 @@ RY_INLINE ry_energy_turn ry_energy_turning(const ry_touch t, double after)
     return turn;
 }
 
-/* The approach w' that keeps w'^2 + a (stretch - h + w')^2 - 2 g w', the middle term only while the spring is pressed.
- * In the closing step the positive root: keep going in; later, or where the line of centres turns faster than the
- * grains approach, the negative one: turn round, or leave. First with the h of a step without impact, then by Newton's
- * method, of which two turns reach rounding up to half a diameter a step. */
+/* One turn of Newton's method for the w' that keeps energy2 = w'^2 + a (stretch - h + w')^2 - 2 g w', the middle term
+ * only while the spring is pressed. `most`: more than g +- most no spring could pay for. */
+RY_INLINE double ry_energy_refine(const ry_touch t, double a, double stretch, double energy2, double sign, double most,
+                                  double after)
+{
+    const ry_energy_turn turn = ry_energy_turning(t, after);
+    const double pressed = ry_max(stretch - turn.h + after, 0.0);
+    const double gain = after * (after - 2.0 * t.g) + a * pressed * pressed - energy2;
+    const double slope = 2.0 * (after - t.g + a * pressed * (1.0 - turn.slope));
+    const int runs = slope * sign > 0.0; /* else there is no energy */
+    const double next = after - (runs ? gain / (runs ? slope : 1.0) : 0.0);
+    return ry_max(ry_min(next, t.g + most), t.g - most);
+}
+
+/* That w'. In the closing step the positive root: keep going in; later, or where the line of centres turns faster than
+ * the grains approach, the negative one: turn round, or leave. First with the h of a step without impact; two turns more
+ * reach rounding up to a tenth of a diameter a step, three up to half of one. */
 RY_INLINE double ry_energy_keep(const ry_energy_share has, const ry_touch t, double a, double per_1a, int is_new)
 {
-    enum { TURNS = 2 };
-    ry_energy_turn turn = ry_energy_turning(t, t.w + t.g);
-    const double sign = (is_new & (t.w + t.g > turn.h)) ? 1.0 : -1.0;
+    const double free = t.w + t.g, h = ry_energy_turning(t, free).h;
+    const double sign = (is_new & (free > h)) ? 1.0 : -1.0;
     const double energy2 = has.motion2 + a * has.stretch * has.stretch;
-    const double left = has.stretch - turn.h, b = a * left - t.g;
-    const double within = has.motion2 + a * turn.h * (has.stretch + left); /* energy2 - a left^2 */
+    const double left = has.stretch - h, b = a * left - t.g;
+    const double within = has.motion2 + a * h * (has.stretch + left); /* energy2 - a left^2 */
     const double stay = (sign * sqrt(ry_max(b * b + (1.0 + a) * within, 0.0)) - b) * per_1a;
-    const double leave = t.g + sign * sqrt(t.g * t.g + energy2);
-    double after = left + stay > 0.0 ? stay : leave;
-    for (int k = 0; k < TURNS; k++) {
-        turn = ry_energy_turning(t, after);
-        const double stretch = ry_max(has.stretch - turn.h + after, 0.0);
-        const double gain = after * (after - 2.0 * t.g) + a * stretch * stretch - energy2;
-        const double slope = 2.0 * (after - t.g + a * stretch * (1.0 - turn.slope));
-        const int runs = slope * sign > 0.0; /* else there is no energy */
-        after -= runs ? gain / (runs ? slope : 1.0) : 0.0;
-    }
-    return after;
+    const double most = sqrt(t.g * t.g + energy2);
+    double after = left + stay > 0.0 ? stay : t.g + sign * most;
+    after = ry_energy_refine(t, a, has.stretch, energy2, sign, most, after);
+    after = ry_energy_refine(t, a, has.stretch, energy2, sign, most, after);
+    return ry_energy_refine(t, a, has.stretch, energy2, sign, most, after);
 }
 
 /* Spring and dashpot of a contact that is no impact, for a spring relaxed at `rest`. Their approach lies half a step
@@ -143,7 +149,7 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
 
     const double after = ry_energy_keep(has, t, a, per_1a, is_new);
     const int parts = is_new & (t.w <= 0.0); /* passing obliquely, parting already: let them go */
-    const double impact = (has.stretch > 0.0) | is_new ? ry_min(after - t.w - t.g, 0.0) * per_split : 0.0;
+    const double impact = (has.stretch > 0.0) | is_new ? (after - t.w - t.g) * per_split : 0.0;
 
     const ry_push lasting = ry_energy_spring(q, t, rest, t.age > 0.0);
     ry_push p;

@@ -47,6 +47,7 @@ typedef struct ry_touch {
     double split;  /* 1/m_r over the true one, >= 1, of masses shared out over a grain's impacts */
     double bend;   /* 1/distance of the centres, 0: the partner is a wall [1/m] */
     double across; /* what the centres pass each other by in a step [m] */
+    double g_across; /* what gravity adds to that, as g [m] */
     double stick;  /* what friction must add to `across` to stop the contact point [m] */
     double mu;     /* Coulomb's */
 } ry_touch;

@@ -68,9 +68,6 @@ static void say_contact(const ry_writer *w, const ry_config *config, const ry_de
     say(w, fabs(pair.a - q->step_ratio) > 1e-9 * pair.a ? " (bounded by the law to %.8g)\n" : "\n", pair.a);
     say(w, "  eta dt/m_r               %.8g", law.zeta2 > 0.0 ? law.zeta2 * sqrt(q->step_ratio) : law.eta_dt * 2.0 * im);
     say(w, law.bounded > 0.0 ? " (bounded by the law to %.8g)\n" : "\n", pair.c);
-    if (law.bounded > 6.0) {
-        say(w, "  contacts of a grain      bounds are made for %g: so many fixed grains fit around it\n", law.bounded);
-    }
     say(w, "  damping ratio zeta       %.8g (alpha_cn beta on the reduced mass)\n", q->zeta_pair);
     say(w, "  restitution e            %.8g between two grains, %.8g at a wall or fixed grain\n",
         q->restitution, q->restitution_wall);

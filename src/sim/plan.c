@@ -44,7 +44,7 @@ ry_law_coef ry_plan_law(const ry_config *config, const ry_derived *derived)
                      .e = config->contact_restitution, .friction = config->contact_friction,
                      .ratio_k = ratio, .ratio_eta = sqrt(ratio)};
     if (config->contact_law == RY_LAW_ENERGY) {
-        q.bounded = derived->neighbours;
+        q.bounded = RY_BOND_NEIGHBOURS;
     } else if (config->contact_law == RY_LAW_TANAKA) {
         q.hertz = 1.0 / sqrt(derived->d); /* the tangential spring stays linear */
         q.root_hertz = sqrt(q.hertz);
@@ -102,6 +102,20 @@ static int grains_differ(const ry_grains *g, const double *im)
         }
     }
     return 0;
+}
+
+/* See ry_contact: one and a half times as many as there are, for they may all lie on one side of the grain. */
+static double most_around(const ry_config *config, const ry_grains *g, const double *im)
+{
+    double largest = 0.0;
+    int32_t small = 0;
+    for (int32_t k = 0; k < g->n; k++) {
+        largest = im[k] > 0.0 ? fmax(largest, g->radius[k]) : largest;
+    }
+    for (int32_t k = 0; k < g->n; k++) {
+        small += im[k] == 0.0 && largest > 3.0 * g->radius[k];
+    }
+    return config->contact_law == RY_LAW_ENERGY ? 1.5 * small : 0.0;
 }
 
 static void set_features(ry_plan *plan, const ry_config *config, int sizes_differ)
@@ -316,10 +330,11 @@ static void ask_ahead(ry_plan *plan, const ry_grains *g)
 }
 
 /* Coefficients of pairs take 48 bytes: while these stay in the cache, to make them in each step takes longer. Those of
- * wet contacts change. */
+ * wet contacts change. Where small grains are fixed a pair's are not made of sums. */
 static int keeps_bonds(const ry_plan *plan, const ry_config *config, int32_t n)
 {
-    return (plan->contact.features & RY_CONTACT_SIZES) && !config->contact_wet && n <= CACHED_GRAINS;
+    return (plan->contact.features & RY_CONTACT_SIZES) &&
+           (plan->contact.most_around > 0.0 || (!config->contact_wet && n <= CACHED_GRAINS));
 }
 
 ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state, int threads,
@@ -343,7 +358,8 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     m->dt = config->time_step;
     fill_motion(m, config, g);
     ry_motion_settle(m, g);
-    set_features(plan, config, grains_differ(g, m->im));
+    plan->contact.most_around = most_around(config, g, m->im);
+    set_features(plan, config, grains_differ(g, m->im) || plan->contact.most_around > 0.0);
     plan->contact.features |= keeps_bonds(plan, config, g->n) ? RY_CONTACT_KEPT : 0;
     set_contact(plan, config, state);
     RY_TRY(set_books(plan, state, error));

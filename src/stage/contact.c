@@ -393,14 +393,20 @@ static void join_books(const ry_contact *c, int32_t n_chunks)
 RY_CLONES static void make_bonds(const ry_contact *c, const ry_pairs *pairs)
 {
     const ry_law_coef coef = c->coef;
-    const double *const im = c->im, *const tm = c->tm_grain;
+    const double *const im = c->im, *const tm = c->tm_grain, most = c->most_around;
+    const double (*const body)[RY_BODY] = c->body;
     const int32_t *const i = pairs->i, *const j = pairs->j, n = ry_pairs_fill(pairs->n);
 #define BOND_TO(name) double *restrict const to_##name = pairs->b_##name;
     RY_BOND_FIELDS(BOND_TO)
 #undef BOND_TO
 #pragma omp simd
     for (int32_t p = 0; p < n; p++) {
-        const ry_bond bond = ry_bond_make(&coef, im[i[p]] + im[j[p]], tm[i[p]] + tm[j[p]]);
+        const double ri = body[i[p]][RY_BODY_R], rj = body[j[p]][RY_BODY_R];
+        const double around = im[j[p]] == 0.0 ? ry_bond_around(ri, rj, most) : ry_bond_around(rj, ri, most);
+        const int one_fixed = (im[i[p]] == 0.0) | (im[j[p]] == 0.0);
+        ry_law_coef pair = coef;
+        pair.bounded = one_fixed & (coef.bounded > 0.0) ? around : coef.bounded;
+        const ry_bond bond = ry_bond_make(&pair, im[i[p]] + im[j[p]], tm[i[p]] + tm[j[p]]);
 #define BOND_PUT(name) to_##name[p] = bond.name;
         RY_BOND_FIELDS(BOND_PUT)
 #undef BOND_PUT

@@ -31,8 +31,8 @@ RY_INLINE ry_bond pick_bond(const ry_bond pair, const ry_bond lone, int alone)
 }
 
 /* pair, lone: those of equal grains; im_between: sums of inverse masses below belong to the latter. */
-RY_INLINE ry_bond bond_of(const ry_near *near, int32_t k, const ry_law_coef *coef, const ry_bond pair, const ry_bond lone,
-                          double im_between, const int ratio, const int features)
+RY_INLINE ry_bond bond_of(const ry_near *near, int32_t k, const ry_law_coef *coef, const ry_bond pair,
+                          const ry_bond lone, double im_between, const int ratio, const int features)
 {
     ry_bond bond;
     if (features & RY_CONTACT_KEPT) {
@@ -166,6 +166,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             t.split = near->share[k] * (dt * per_ims);
             t.bend = near->bend[k];
             t.across = across;
+            t.g_across = -coef.g_dt2 * nx * near->side[k];
             t.stick = -w_t * ims * (dt * per_tms);
             t.mu = features & RY_CONTACT_FRICTION ? coef.friction : 0.0;
         }
