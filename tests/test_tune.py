@@ -159,34 +159,32 @@ class Tune(unittest.TestCase):
         self.same("whole.h5", "part.h5")
 
     def test_joint_finds_its_own_truth(self):
-        """The target is the model itself with friction 0.2: friction is found; between springs of 20 and 30
-        steps, of which the flux feels 1 or 2 % (20 and 60: 4 +- 2 %), next to nothing is."""
+        """The target is the model itself with friction 0.2: friction is found; of springs of 20 to 30 steps, which the flux
+        feels by 1 or 2 % (20 and 60: 4 +- 2 %), a hundredth as much is known. (How often an interval holds the truth:
+        test_response.)"""
         self.write("title: truth\ntime: {step: 20 us, end: 2.4 s, settle: 0.1 s}\n"
                    "grains: {columns: 24, layers: 4, packing: random, seed: 3}\n"
                    "contact: {restitution: 0.5}\nfluid: {model: balance}\n", "own.yaml")
         rows = ["theta,q_star,error"]
         for theta in (0.25, 0.35, 0.5):
             q = []
-            for seed in range(11, 14):
+            for seed in range(11, 15):
                 r = subprocess.run([PROGRAM, "run", "own.yaml", "-o", "t.h5", "--force", "--quiet", "-j1",
                                     "-s", "contact.friction=0.2", "-s", f"grains.seed={seed}", "-s", f"fluid.shields={theta}",
                                     "-s", "time.end=2.5", "-s", "output.fields=[flux]"], cwd=self.folder)
                 self.assertEqual(r.returncode, 0)
                 with h5py.File(self.folder / "t.h5") as file:
                     q.append(float(file["observables/flux"].attrs["q_star_mean"]))
-            rows.append(f"{theta},{np.mean(q):.6g},{np.std(q, ddof=1) / 3 ** 0.5:.4g}")
+            rows.append(f"{theta},{np.mean(q):.6g},{np.std(q, ddof=1) / len(q) ** 0.5:.4g}")
         self.write("\n".join(rows) + "\n", "own.csv")
         r = self.run_program("own.yaml", "--target", "own.csv", "--vary", "contact.friction=0.04:0.9",
                              "--vary", "contact.alpha_m=20:30", "--budget", "12", "-o", "found.h5")
         self.assertEqual(r.returncode, 0, r.stderr)
         with h5py.File(self.folder / "found.h5") as file:
-            friction, stiffness = file["joint/contact.friction"].attrs, file["joint/contact.alpha_m"].attrs
-            self.assertTrue(friction["low"] <= 0.2 <= friction["high"], r.stdout)
-            self.assertLess(friction["high"], 0.8, r.stdout)
-            self.assertLess(abs(np.log(friction["best"] / 0.2)), np.log(2.5), r.stdout)
-            share = np.log(stiffness["high"] / stiffness["low"]) / np.log(1.5)  # one in twenty misses an end by chance
-            self.assertGreater(share, 0.7, r.stdout)
-            self.assertEqual(file["joint/flat"][()].tolist(), [0.0, 1.0], r.stdout)
+            friction, information = file["joint/contact.friction"].attrs, file["joint/information"][()]
+            self.assertLess(abs(np.log(friction["best"] / 0.2)), np.log(2.0), r.stdout)
+            self.assertLess(np.log(friction["high"] / friction["low"]), np.log(0.9 / 0.04) / 2, r.stdout)
+            self.assertLess(information[1], 0.01 * information[0], r.stdout)
             self.assertLess(abs(file["joint/direction-1/vector"][0]), 0.5, r.stdout)
 
     def test_joint_refused(self):
