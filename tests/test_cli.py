@@ -102,6 +102,30 @@ class Cli(unittest.TestCase):
                                               "domain: {gravity: 9.81}\nfluid: {model: stress, shear_stress: 1 Pa}\n")
         self.assertIn("q*      not known: the scene has no domain.length\n", self.run_program("run", "one.yaml").stdout)
 
+    def test_flux_without_samples(self):
+        import h5py
+        self.assertEqual(self.run_program("run", "scene.yaml", "-s", "time.settle=1").returncode, 0)
+        with h5py.File(self.folder / "scene.h5") as file:
+            self.assertNotEqual(*[file["observables/flux"].attrs["q_star_mean"]] * 2)  # not a number
+        self.assertRegex(self.run_program("info", "scene.h5").stdout, r"q\* +not known: the run has no samples")
+
+    def test_intervals_that_nothing_divides(self):
+        """Samples are 20 to 125 steps apart, whatever the interval of the frames: 2503 is a prime."""
+        import h5py
+        for interval, frame in (("50.06 ms", 2500), ("2.52 ms", 126), ("2.54 ms", 150), ("2 ms", 100), ("60 us", 3)):
+            r = self.run_program("run", "scene.yaml", "--force", "-s", f"output.interval={interval}", "-s", "time.end=0.06")
+            self.assertEqual(r.returncode, 0, r.stderr)
+            with h5py.File(self.folder / "scene.h5") as file:
+                frames, samples = (np_step[1] - np_step[0] for np_step in
+                                   (file["particles/grains/position/step"][:2], file["observables/q_star/step"][:2]))
+            self.assertEqual(frames, frame)
+            self.assertTrue(samples == frame or 20 <= samples <= 125, samples)
+
+    def test_what_lies_where_the_part_goes(self):
+        (self.folder / "scene.h5.part").write_text("my notes\n")
+        self.refuses(4, "run", "scene.yaml", "--force", says=["scene.h5.part", "not a result"])
+        self.assertEqual((self.folder / "scene.h5.part").read_text(), "my notes\n")
+
     def test_flux_of_the_start(self):
         """A run that ends with the start from motion says so."""
         scene = ("-s", "time.end=0.2", "-s", "time.settle=0.1", "-s", "fluid.start=motion", "-s", "fluid.shields=0.1")

@@ -82,6 +82,15 @@ class Corners(unittest.TestCase):
                 self.assertLess((held[1:] - held[0]).max() / (weight * 2 * radius), 1e-12)
                 self.assertLess(energy["kinetic/value"][-1] / (weight * 2 * radius), 1e-12)
 
+    def test_stress_beside_the_bed(self):
+        """Without a period a grain beside the domain shades nobody and is pushed by nobody."""
+        for x, pushed in ((5e-3, True), (25e-3, False), (-3e-3, False), (1e6, False)):
+            with self.run_program(self.scene(
+                    "time: {step: 20 us, end: 0.02, settle: 0}\ndomain: {length: 10 mm, periodic: false, gravity: 9.81}\n"
+                    "fluid: {model: stress, shear_stress: 1, start: rest}\noutput: {interval: 1 ms, fields: [velocity]}\n"
+                    f"particles: [{{position: [{x}, 20 mm], diameter: 0.5 mm}}]\n"), "--force") as file:
+                self.assertEqual(abs(file["particles/grains/velocity/value"][-1, 0, 0]) > 1e-4, pushed, x)
+
     def test_bounces_to_rest(self):
         """However elastic, a grain that bounces comes to rest, and no impact gives energy back."""
         weight = 2650 * 4 / 3 * math.pi * 0.5e-3**3 * 9.81

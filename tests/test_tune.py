@@ -187,6 +187,11 @@ class Tune(unittest.TestCase):
             self.assertLess(information[1], 0.01 * information[0], r.stdout)
             self.assertLess(abs(file["joint/direction-1/vector"][0]), 0.5, r.stdout)
 
+    def test_resume_replaces_no_scene(self):
+        self.write("title: mine\n", "found.yaml")
+        self.refuses(4, "bed.yaml", "--quick", "--resume", "-o", "found.h5", says=["found.yaml", "exists"])
+        self.assertEqual((self.folder / "found.yaml").read_text(), "title: mine\n")
+
     def test_joint_refused(self):
         for words, says in ((("--vary", "contact.fricton=0.2:0.8"), "did you mean contact.friction"),
                             (("--vary", "friction=0.2:0.8"), "contact.friction"),

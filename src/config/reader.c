@@ -178,6 +178,9 @@ static ry_status unknown(const ry_reader *reader, const char *section, const cha
         nearest[0] = '\0';
     }
     const ry_place place = node != NULL ? ry_yaml_place(reader->place, node) : reader->place;
+    if (top && (strcmp(key, "vary") == 0 || strcmp(key, "scene") == 0)) {
+        return ry_place_fail(place, path, reader->error, "is for sweeps: ryusa sweep runs this file");
+    }
     return ry_place_fail(place, path, reader->error, "unknown %s; %s%s%s%s: %s",
                          top ? "section" : "key", nearest[0] ? "did you mean " : "", nearest,
                          nearest[0] ? "? " : "",

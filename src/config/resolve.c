@@ -233,8 +233,19 @@ static ry_status check_domain(const ry_check *check)
                              : config->domain_walls  ? "domain.walls: true"
                                                      : "domain.floor: rough");
     }
+    if (config->has_grains && config->domain_floor == RY_FLOOR_NONE && config->domain_gravity > 0.0) {
+        return ry_check_fail(check, RY_KEY_domain_floor, "none: a bed falls for ever; allowed are flat and rough, or none "
+                                                         "with domain.gravity 0");
+    }
     const double skin = isnan(config->numerics_skin) ? 0.3 : config->numerics_skin;
     const double least = 2.5 * (check->d_max + skin * check->derived.d);
+    if (config->domain_periodic && length <= least && config->has_grains &&
+        length == config->grains_columns * config->grains_diameter) { /* nobody has given one */
+        return ry_check_fail(check, RY_KEY_grains_columns,
+                             "%d make a periodic scene %g m long; more than 2.5 x (largest diameter + skin) = %g m is "
+                             "needed, at least %.0f columns",
+                             config->grains_columns, length, least, floor(least / config->grains_diameter) + 1.0);
+    }
     if (config->domain_periodic && length <= least) {
         return ry_check_fail(check, RY_KEY_domain_length,
                              "%g m is too short for a periodic scene; "

@@ -28,6 +28,10 @@ static ry_status syntax_error(const yaml_parser_t *parser, const char *text, ry_
         place.line = parser->error == YAML_READER_ERROR ? line_of(text, parser->problem_offset)
                                                         : (int)parser->problem_mark.line + 1;
     }
+    const size_t at = parser->problem_mark.index;
+    if (parser->error == YAML_SCANNER_ERROR && at < strlen(text) && text[at] == '\t') {
+        problem = "a tab; indent by blanks,";
+    }
     const int with_context = parser->context != NULL && parser->error != YAML_READER_ERROR;
     return ry_place_fail(place, NULL, error, "not valid YAML: %s%s%s", problem,
                          with_context ? " " : "", with_context ? parser->context : "");

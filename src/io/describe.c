@@ -207,7 +207,11 @@ static void tell_flux(const page *to)
     if (ry_h5_exists(to->file, path)) {
         const double mean = number(to, path, "q_star_mean");
         const double error = number(to, path, "q_star_standard_error");
-        say(to, "\nflux\n%-14s %.5g +- %.2g (standard error)\n", "  q*", mean, error);
+        if (isnan(mean)) {
+            say(to, "\nflux\n%-14s not known: the run has no samples with the fluid on\n", "  q*");
+        } else {
+            say(to, "\nflux\n%-14s %.5g +- %.2g (standard error)\n", "  q*", mean, error);
+        }
         tell_text(to, "  convention", path, "convention");
         say(to, "%-14s %lld, autocorrelation time %.3g s, after %.4g s\n", "  samples",
             integer(to, path, "samples"), number(to, path, "autocorrelation_time"),

@@ -221,6 +221,7 @@ static ry_status check_leftover(const ry_result *result, int force, ry_error *er
 static ry_status begin_file(ry_result *result, const ry_config *config, const ry_state *state,
                             int force, ry_error *error)
 {
+    RY_TRY(ry_lock_check_path(result->part, error));
     RY_TRY(ry_lock_open(result->part, 1, &result->fd, error));
     RY_TRY(check_leftover(result, force, error));
     ry_atomic_forget_journal(result->part);

@@ -37,6 +37,7 @@ static void remove_part(const ry_table_file *file)
 
 static ry_status begin(ry_table_file *file, ry_error *error)
 {
+    RY_TRY(ry_lock_check_path(file->part, error));
     RY_TRY(ry_lock_open(file->part, 1, &file->fd, error));
     ry_atomic_forget_journal(file->part);
     ry_status status = RY_OK;

@@ -114,7 +114,9 @@ static ry_status take_summary(ry_runner *r, ry_error *error)
                  "q* is of the start from motion, at a higher stress (fluid.start), which ends at t = %.4g s",
                  (double)end_of_start(&r->sim->plan) * dt);
     }
-    ry_summary summary = {.q_star_mean = flux.mean, .q_star_standard_error = flux.standard_error,
+    const int known = flux.samples > 0;
+    ry_summary summary = {.q_star_mean = known ? flux.mean : NAN,
+                          .q_star_standard_error = known ? flux.standard_error : NAN,
                           .autocorrelation_time = flux.autocorrelation_time * q->steps_series * dt,
                           .equilibration_time = equilibration, .samples = flux.samples,
                           .equilibration_method = early ? at_the_start : under_way,

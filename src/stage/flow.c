@@ -411,7 +411,7 @@ void ry_flow_find_level(ry_flow *f, ry_column *c)
 /* ---- the stress on exposed grains (Harada et al.) -------------------------------------------- */
 
 /* Looks down on the bed: in each bin of x the grain whose surface is highest is exposed. */
-static void find_exposed(ry_flow *f, const ry_grains *g, const int32_t *place)
+static void find_exposed(ry_flow *f, const ry_grains *g, const int32_t *place, int periodic)
 {
     const double width = f->length / f->n_bins;
     for (int32_t b = 0; b < f->n_bins; b++) {
@@ -421,9 +421,12 @@ static void find_exposed(ry_flow *f, const ry_grains *g, const int32_t *place)
     for (int32_t id = 0; id < g->n; id++) {
         const int32_t k = place[id];
         const double x = g->x[k], r = g->radius[k];
-        const int32_t first = (int32_t)ceil((x - r) / width - 0.5);
-        const int32_t last = (int32_t)floor((x + r) / width - 0.5);
-        for (int32_t b = first; b <= last; b++) {
+        double from = ceil((x - r) / width - 0.5), to = floor((x + r) / width - 0.5);
+        if (!periodic) { /* beside the bed nobody is looked at */
+            from = fmax(from, 0.0);
+            to = fmin(to, f->n_bins - 1);
+        }
+        for (int32_t b = (int32_t)fmin(from, f->n_bins); b <= (int32_t)fmax(to, -1.0); b++) {
             const int32_t bin = ((b % f->n_bins) + f->n_bins) % f->n_bins;
             const double off = (b + 0.5) * width - x;
             const double top = g->z[k] + sqrt(r * r > off * off ? r * r - off * off : 0.0);
@@ -436,9 +439,9 @@ static void find_exposed(ry_flow *f, const ry_grains *g, const int32_t *place)
 }
 
 /* tau_b L d, shared over the exposed grains by the width that each shows. */
-static void push_exposed(ry_flow *f, ry_grains *g, const int32_t *place, double tau)
+static void push_exposed(ry_flow *f, ry_grains *g, const int32_t *place, int periodic, double tau)
 {
-    find_exposed(f, g, place);
+    find_exposed(f, g, place, periodic);
     memset(g->push, 0, (size_t)g->n * sizeof *g->push);
     const double share = tau * f->length * f->d / f->n_bins;
     for (int32_t b = 0; b < f->n_bins; b++) {
@@ -467,7 +470,7 @@ void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const ry_sets *s
         } else if (f->model == RY_FLOW_LOG) {
             ry_column_log(f, c, tau);
         } else if (f->model == RY_FLOW_STRESS) {
-            push_exposed(f, &state->grains, sets->place, tau);
+            push_exposed(f, &state->grains, sets->place, m->periodic, tau);
         }
     }
     ry_column_refresh(f, c, 0, ry_column_faces(f));

@@ -287,6 +287,18 @@ static ry_status open_journal(ry_tune_run *run, ry_error *error)
 }
 
 /* OUT.h5 -> OUT.yaml, which must neither be the scene nor be there already. */
+/* Begins as a tuned scene does: an earlier one may be replaced by a resume, nobody's own scene. */
+static int is_tuned_scene(const char *path)
+{
+    char first[sizeof RY_TUNE_SCENE_HEAD] = "";
+    FILE *const file = fopen(path, "r");
+    const int read = file != NULL && fread(first, 1, sizeof first - 1, file) == sizeof first - 1;
+    if (file != NULL) {
+        fclose(file);
+    }
+    return read && strcmp(first, RY_TUNE_SCENE_HEAD) == 0;
+}
+
 static ry_status check_outputs(ry_tune_run *run, ry_error *error)
 {
     const char *const output = run->wish->output;
@@ -305,7 +317,7 @@ static ry_status check_outputs(ry_tune_run *run, ry_error *error)
                        output, run->yaml_path);
     }
     RY_TRY(ry_table_file_check(output, run->wish->force, error));
-    return exists && !run->wish->force && !run->wish->resume
+    return exists && !run->wish->force && !(run->wish->resume && is_tuned_scene(run->yaml_path))
                ? ry_fail(error, RY_BAD_FILE, "%s: exists; --force overwrites it", run->yaml_path)
                : RY_OK;
 }

@@ -316,7 +316,7 @@ ry_status ry_tune_write_scene(const ry_tune_run *run, ry_error *error)
     ry_config tuned;
     RY_TRY(ry_config_parse(&tuned, run->base.text, run->base.path, c.list, c.n, error));
     char *const text =
-        ry_text_print("# Tuned against %s%s; the constants are in the last lines.\n%s\n",
+        ry_text_print(RY_TUNE_SCENE_HEAD "%s%s; the constants are in the last lines.\n%s\n",
                       run->target.name, run->wish->quick ? " (--quick)" : "", tuned.text);
     const ry_status status = text != NULL ? ry_text_write(run->yaml_path, text, error)
                                           : ry_no_memory(error, strlen(tuned.text));

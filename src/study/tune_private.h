@@ -24,6 +24,8 @@ enum {
 #define RY_TUNE_HIS_ALPHA_M 20.0
 #define RY_TUNE_HIS_ALPHA_CN 1.3
 #define RY_TUNE_HIS_BETA 15.8
+/* The first words of a tuned scene. */
+#define RY_TUNE_SCENE_HEAD "# Tuned against "
 /* Within this part of the target it counts as met. */
 #define RY_TUNE_GOAL 0.25
 /* The start from motion: 0.25 s at a higher stress (docs/physics.md); its samples are no flux [s]. */
