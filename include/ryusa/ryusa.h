@@ -46,6 +46,7 @@ typedef struct ry_view {
     double dz;       /* [m] */
     const double *u; /* velocity of the fluid, nz values [m/s] */
 } ry_view;
+/* A simulation is for one thread at a time, to look at it included: what is asked for is completed then. */
 RY_API ry_view ry_sim_view(const ry_sim *sim);
 
 /* What the series of a result file hold, at this instant. */

@@ -223,6 +223,8 @@ static void compare_particles(hid_t file, const ry_config *config, differences *
         for (int k = 0; k < n; ++k) {
             compare_particle(k, then + k * RY_PARTICLE_NUMBERS, now + k * RY_PARTICLE_NUMBERS, list);
         }
+    } else if (n > 0) {
+        add_difference(list, "\n  particles: those in the file can't be read");
     }
     free(now);
     free(then);

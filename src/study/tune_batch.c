@@ -91,7 +91,7 @@ ry_tune_piece *ry_tune_new_pieces(ry_tune_run *run, int n, ry_error *error)
 }
 
 /* The scene with what this piece changes. One that is refused for its constants is done: its text
- * tells why. Called from one thread: reading units is not made for several. */
+ * tells why. */
 static void make_config(const ry_tune_run *run, ry_tune_piece *piece, const char *const *changes,
                         int n)
 {
