@@ -309,6 +309,18 @@ class Sweep(unittest.TestCase):
             self.assertEqual(task.returncode, 0, out + err)
         self.assertEqual(self.table()["cases/status"].tolist(), [0] * 5)
 
+    def test_shards_of_two_sweeps_together(self):
+        for k, friction in enumerate((0.3, 0.6)):
+            self.write(f"vary: {{fluid.shields: [0.3, 0.5]}}\nset: {{time.end: 0.4 s, contact.friction: {friction}}}\n",
+                       f"{k}.yaml")
+        for turn in range(3):
+            tasks = [subprocess.Popen([PROGRAM, "sweep", f"{k}.yaml", "-o", f"{turn}.h5", "--shard", f"{k + 1}/2"],
+                                      cwd=self.folder, text=True, env=PLAIN, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                     for k in (0, 1)]
+            errors = "".join(task.communicate(timeout=60)[1] for task in tasks)
+            self.assertEqual(sorted(task.returncode for task in tasks), [0, 2], errors)
+            self.assertIn(f"{turn}.d holds another sweep: contact.friction was", errors)
+
     def stop_job_script(self, state):
         """What the job script has asked of scontrol when it was stopped and squeue says so of its task."""
         script = Path(os.environ["SOURCE_DIR"]) / "params/sweep.slurm"

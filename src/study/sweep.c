@@ -131,12 +131,13 @@ static ry_status count_all(ry_sweep_run *run)
     return RY_OK;
 }
 
-static ry_status finish(ry_sweep_run *run)
+static ry_status finish(ry_sweep_run *run, const char *description)
 {
     RY_TRY(count_all(run));
     if (run->result->missing == 0 || run->options->merge) {
-        /* Shards that end together take turns. */
+        /* Shards that end together take turns; without locks the folder may be another's by now. */
         RY_TRY(ry_sweep_store_lock_table(&run->store, run->error));
+        RY_TRY(ry_sweep_store_look(&run->store, description, run->error));
         RY_TRY(ry_sweep_table_write(run, run->error));
         run->result->table = 1;
     }
@@ -152,7 +153,7 @@ static ry_status finish(ry_sweep_run *run)
 static ry_status merge(ry_sweep_run *run, const char *description)
 {
     RY_TRY(ry_sweep_store_look(&run->store, description, run->error));
-    return finish(run);
+    return finish(run, description);
 }
 
 static ry_status work(ry_sweep_run *run, const char *description)
@@ -177,7 +178,7 @@ static ry_status work(ry_sweep_run *run, const char *description)
     }
     RY_TRY(choose(run));
     RY_TRY(ry_sweep_cases_run(run));
-    return finish(run);
+    return finish(run, description);
 }
 
 /* A key that is varied can't be set by -s as well. */

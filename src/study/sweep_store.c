@@ -216,8 +216,10 @@ static ry_status make_folder(const ry_sweep_store *store, ry_error *error)
 }
 
 /* The lock file is never written; its bytes are what is locked: one for each shard (all of them for a
- * sweep without shards), one for OUT.h5, then one for each further process of each shard. */
+ * sweep without shards), one for OUT.h5, one for sweep.txt (shared while it holds for somebody, exclusive
+ * while it is compared and written), then one for each further process of each shard. */
 #define TABLE_BYTE ((off_t)1 << 30)
+#define DESCRIPTION_BYTE (TABLE_BYTE + 1)
 #define MOST_RANKS ((off_t)1 << 20)
 
 static off_t rank_byte(int shard, int rank)
@@ -231,6 +233,12 @@ static int try_lock(const ry_sweep_store *store, short type, off_t start, off_t 
 {
     struct flock lock = {.l_type = type, .l_whence = SEEK_SET, .l_start = start, .l_len = length};
     return fcntl(store->lock, F_OFD_SETLK, &lock) == 0 || (errno != EAGAIN && errno != EACCES);
+}
+
+static void wait_for_lock(const ry_sweep_store *store, short type, off_t byte)
+{
+    struct flock lock = {.l_type = type, .l_whence = SEEK_SET, .l_start = byte, .l_len = 1};
+    while (fcntl(store->lock, F_OFD_SETLKW, &lock) != 0 && errno == EINTR) {}
 }
 
 static ry_status open_lock(ry_sweep_store *store, ry_error *error)
@@ -293,10 +301,8 @@ int ry_sweep_store_is_there(const ry_sweep_store *store, int shard, int rank)
 
 ry_status ry_sweep_store_lock_table(ry_sweep_store *store, ry_error *error)
 {
-    struct flock lock = {
-        .l_type = F_WRLCK, .l_whence = SEEK_SET, .l_start = TABLE_BYTE, .l_len = 1};
     RY_TRY(open_lock(store, error));
-    while (fcntl(store->lock, F_OFD_SETLKW, &lock) != 0 && errno == EINTR) {}
+    wait_for_lock(store, F_WRLCK, TABLE_BYTE);
     return RY_OK;
 }
 
@@ -305,6 +311,11 @@ static ry_status describe(const ry_sweep_store *store, const char *description, 
 {
     char *then = NULL;
     int others = 0;
+    if (!try_lock(store, F_WRLCK, DESCRIPTION_BYTE, 1)) {
+        /* Another shard is there, even if it has no case yet. */
+        wait_for_lock(store, F_RDLCK, DESCRIPTION_BYTE);
+        return ry_sweep_store_look(store, description, error);
+    }
     ry_status status = read_description(store, &then, error);
     if (status == RY_OK && anew && !sharded) {
         each_file(store, "case-", 1, &others);
@@ -319,6 +330,7 @@ static ry_status describe(const ry_sweep_store *store, const char *description, 
         free(path);
     }
     free(then);
+    try_lock(store, F_RDLCK, DESCRIPTION_BYTE, 1);
     return status;
 }
 
