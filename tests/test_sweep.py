@@ -418,6 +418,26 @@ class Sweep(unittest.TestCase):
         subprocess.run([PROGRAM, "run", "scene.yaml", "-o", "res.h5", "--quiet"], cwd=self.folder, check=True)
         before["res.h5"] = (self.folder / "res.h5").read_bytes()
         self.refuses(4, "s.yaml", "-o", "res.h5", "--resume", says=["res.h5: not the result of a sweep", "--force"])
+        # what has come there since: neither the last shard nor --merge replaces it
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\n")
+        self.sweep("-o", "m.h5", "--shard", "1/2")
+        subprocess.run([PROGRAM, "run", "scene.yaml", "-o", "m.h5", "--quiet"], cwd=self.folder, check=True)
+        before["m.h5"] = (self.folder / "m.h5").read_bytes()
+        self.refuses(4, "s.yaml", "-o", "m.h5", "--merge", says=["m.h5: not the result of a sweep", "--merge --force"])
+        (self.folder / "m.h5").unlink()
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\nset: {time.end: 2 s}\n")
+        self.sweep("-o", "m2.h5", "--shard", "1/2")
+        p = self.start("-o", "m2.h5", "--shard", "2/2")
+        deadline = time.monotonic() + 60
+        while not any((self.folder / "m2.d").glob("case-0002.*")) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        (self.folder / "m2.h5").write_bytes(before["m.h5"])
+        _, err = p.communicate(timeout=60)
+        self.assertEqual(p.returncode, 4, err)
+        self.assertEqual((self.folder / "m2.h5").read_bytes(), before.pop("m.h5"))
+        self.sweep("-o", "m2.h5", "--merge", "--force")
+        self.write("vary:\n  fluid.shields: [0.3]\n")
+        before["s.yaml"] = (self.folder / "s.yaml").read_bytes()
         for command in ("tune", "threshold"):
             r = subprocess.run([PROGRAM, command, "scene.yaml", "-o", "./scene.yaml", "--force"], cwd=self.folder, text=True,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)

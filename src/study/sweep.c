@@ -131,6 +131,13 @@ static ry_status count_all(ry_sweep_run *run)
     return RY_OK;
 }
 
+/* 1: what is at OUT.h5 was made by something else. */
+static int is_foreign(const ry_sweep_run *run)
+{
+    const char *const output = run->store.output;
+    return !run->options->force && access(output, F_OK) == 0 && !ry_table_file_is(output, RY_SWEEP_PROGRAM);
+}
+
 static ry_status finish(ry_sweep_run *run, const char *description)
 {
     RY_TRY(count_all(run));
@@ -138,6 +145,12 @@ static ry_status finish(ry_sweep_run *run, const char *description)
         /* Shards that end together take turns; without locks the folder may be another's by now. */
         RY_TRY(ry_sweep_store_lock_table(&run->store, run->error));
         RY_TRY(ry_sweep_store_look(&run->store, description, run->error));
+        if (is_foreign(run)) {
+            return ry_fail(run->error, RY_BAD_FILE,
+                           "%s: not the result of a sweep; move it away, or --merge --force replaces it (what is in %s "
+                           "stays)",
+                           run->store.output, run->store.folder);
+        }
         RY_TRY(ry_sweep_table_write(run, run->error));
         run->result->table = 1;
     }
@@ -167,7 +180,7 @@ static ry_status work(ry_sweep_run *run, const char *description)
                        run->store.output);
     }
     RY_TRY(ry_table_file_check(run->store.output, 1, run->error));
-    if (!o->force && exists && !ry_table_file_is(run->store.output, RY_SWEEP_PROGRAM)) {
+    if (is_foreign(run)) {
         return ry_fail(run->error, RY_BAD_FILE, "%s: not the result of a sweep; give another -o, or --force replaces it",
                        run->store.output);
     }
