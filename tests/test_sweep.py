@@ -382,6 +382,14 @@ class Sweep(unittest.TestCase):
             ("vary:\n  fluid.shields: {from: 0.1, steps: 3}\n", ["no 'to'"]),
             ("vary:\n  fluid.shields: {from: 0.1, to: 1}\n", ["the range needs 'steps'"]),
             ("vary:\n  fluid.shields: {from: 0.1, to: 1, steps: 0}\n", ["0 is out of range"]),
+            ("vary:\n  fluid.shields: {from: 0.1, to: 1, steps: 1}\n",
+             ["s.yaml:3: fluid.shields: steps: 1 leaves out 'to'; at least 2"]),
+            ("set: {fluid.shear_stress: 1}\nvary:\n  fluid.shields: [0.1, 0.2]\n",
+             ["s.yaml:4: fluid.shields: contradicts fluid.shear_stress under 'set'; give only one"]),
+            ("vary:\n  contact.alpha_m: [2, 3]\nset: {contact.stiffness: 100 N/m}\n",
+             ["s.yaml:3: contact.alpha_m: contradicts contact.stiffness under 'set'"]),
+            ("set: {fluid.shields: 0.1}\nvary:\n  fluid.shields: [0.1, 0.2]\n",
+             ["s.yaml:4: fluid.shields: contradicts fluid.shields under 'set'; give only one"]),
             ("vary:\n  fluid.shields: {from: 0, to: 1, steps: 4, scale: log}\n", ["above 0"]),
             ("vary:\n  fluid.shields: {from: 0, to: 1, steps: 4, scale: cubic}\n", ["linear and log"]),
             ("vary:\n  fluid.shields: {from: 0, to: 1, setps: 4}\n", ["'setps'", "from, to, steps, scale"]),
@@ -452,6 +460,7 @@ class Sweep(unittest.TestCase):
         self.refuses(2, "s.yaml", "-j", "0", says=["1 to 1024"])
         self.refuses(2, "s.yaml", "--resume", "--force", says=["--resume", "--force"])
         self.refuses(2, "s.yaml", "-s", "fluid.shields=0.2", says=["fluid.shields", "varies this key, in line 2 of s.yaml"])
+        self.refuses(2, "s.yaml", "-s", "fluid.shear_stress=1", says=["varies fluid.shields, in line 2 of s.yaml"])
         self.refuses(4, "s.yaml", "-o", "nowhere/s.h5", says=["nowhere"])
         (self.folder / "full.d").mkdir()
         (self.folder / "full.d/mine.txt").write_text("mine")

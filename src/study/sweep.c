@@ -14,6 +14,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "config/keys.h"
 #include "io/table_file.h"
 #include "scene/scene.h"
 #include "study/sweep_private.h"
@@ -194,19 +195,18 @@ static ry_status work(ry_sweep_run *run, const char *description)
     return finish(run, description);
 }
 
-/* A key that is varied can't be set by -s as well. */
+/* A key that is varied, or one that it replaces, can't be set by -s as well. */
 static ry_status check_overrides(const ry_sweep_run *run)
 {
     const ry_sweep_file *const f = &run->file;
     const ry_sweep_options *const o = run->options;
     for (int k = 0; k < o->n_overrides; k++) {
-        for (int i = 0; i < f->n_axes; i++) {
-            const size_t length = strlen(f->axis[i].path);
-            if (strncmp(o->overrides[k], f->axis[i].path, length) == 0 &&
-                o->overrides[k][length] == '=') {
-                return ry_fail(run->error, RY_BAD_INPUT,
-                               "-s %s: the sweep varies this key, in line %d of %s",
-                               o->overrides[k], f->axis[i].line, f->path);
+        const int key = ry_keys_find_path(o->overrides[k]);
+        for (int i = 0; i < f->n_axes && key >= 0; i++) {
+            if (key == f->axis[i].key || key == ry_keys_rival(f->axis[i].key)) {
+                return ry_fail(run->error, RY_BAD_INPUT, "-s %s: the sweep varies %s, in line %d of %s",
+                               o->overrides[k], key == f->axis[i].key ? "this key" : f->axis[i].path,
+                               f->axis[i].line, f->path);
             }
         }
     }
