@@ -229,6 +229,21 @@ class Sweep(unittest.TestCase):
         self.sweep("--resume")
         self.assertEqual(before, {p.name: p.stat().st_mtime_ns for p in (self.folder / "s.d").glob("case-*.h5")})
 
+    def test_stop_while_cases_are_checked(self):
+        (self.folder / "scene.yaml").write_text(
+            "time: {step: 20 us, end: 2 ms}\nfluid: {model: none}\ndomain: {length: 1 m}\nparticles:\n" + "".join(
+                f"  - {{position: [{k} mm, 1 cm], diameter: 0.5 mm, density: 2650 kg/m^3}}\n" for k in range(1, 500)))
+        self.write("vary: {contact.friction: {from: 0.1, to: 1, steps: 20000}}\n")
+        p = self.start()
+        time.sleep(1.0)
+        p.send_signal(signal.SIGINT)
+        asked = time.monotonic()
+        _, err = p.communicate(timeout=100)
+        self.assertEqual(p.returncode, 130, err)
+        self.assertLess(time.monotonic() - asked, 1.0)
+        self.assertIn("none was begun", err)
+        self.assertFalse((self.folder / "s.d").exists())
+
     def test_missing_case_is_run_again(self):
         self.write("vary: {fluid.shields: [0.3, 0.6, 0.9]}\n")
         self.sweep()

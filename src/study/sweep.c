@@ -26,12 +26,29 @@ static double work_of(const ry_config *config)
            (double)ry_config_derive(config).steps_end;
 }
 
+/* 1: the user asks to stop. */
+static int look(const ry_sweep_run *run, int checked, double *looked)
+{
+    static const double EVERY = 0.1;
+    const ry_sweep_options *const o = run->options;
+    const ry_sweep_progress p = {.cases = run->n_cases, .checked = checked};
+    if (o->progress == NULL || ry_clock() - *looked < EVERY) {
+        return 0;
+    }
+    *looked = ry_clock();
+    return o->progress(o->data, &p);
+}
+
 /* Before anything is made: which cases are refused. All of them: the sweep is wrong. */
 static ry_status check_cases(ry_sweep_run *run)
 {
     ry_error first = {0};
     int refused = 0;
+    double looked = ry_clock();
     for (int k = 0; k < run->n_cases; k++) {
+        if (look(run, k, &looked)) {
+            return RY_STOPPED;
+        }
         ry_error error = {0};
         ry_config config;
         ry_sweep_case *const c = &run->cases[k];
