@@ -275,6 +275,24 @@ class Sweep(unittest.TestCase):
         self.sweep("--resume")
         self.assertEqual(self.table()["cases/status"].tolist(), [0, 0, 0])
 
+    def test_ignored_sigchld(self):
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\nset: {time.end: 900 s, output.fields: [flux]}\n")
+        for number, status in ((signal.SIGINT, 130), (signal.SIGKILL, 3)):
+            p = subprocess.Popen([PROGRAM, "sweep", "s.yaml", "--force", "-j", "1"], cwd=self.folder, text=True, env=PLAIN,
+                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                 preexec_fn=lambda: signal.signal(signal.SIGCHLD, signal.SIG_IGN))
+            for _ in range(2 if number == signal.SIGKILL else 1):  # both cases, or the sweep
+                pids = []
+                deadline = time.monotonic() + 60
+                while not pids and time.monotonic() < deadline:
+                    time.sleep(0.02)
+                    pids = Path(f"/proc/{p.pid}/task/{p.pid}/children").read_text().split()
+                time.sleep(0.3)
+                os.kill(int(pids[0]) if number == signal.SIGKILL else p.pid, number)
+                time.sleep(0.3)
+            _, err = p.communicate(timeout=60)
+            self.assertEqual(p.returncode, status, err)
+
     def test_failures(self):
         # 2: refused, the explicit dashpot would blow up; the others are done
         self.write("vary: {contact.alpha_cn: [0.1, 50]}\nset: {contact.law: cundall}\n")
