@@ -253,6 +253,23 @@ class Sweep(unittest.TestCase):
         self.sweep("--resume")
         self.assertEqual(self.hashes(), first)
 
+    def test_damaged_record_is_run_again(self):
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\n")
+        self.sweep()
+        first = self.table()
+        record = self.folder / "s.d/case-0002.txt"
+        whole = record.read_bytes()
+        for damaged in (whole[:whole.index(b"\n") + 1], whole[:-1], b"", whole.replace(b"status = 0", b"status = 0x"),
+                        re.sub(rb"(samples = \d+)", rb"\1.5", whole), re.sub(rb"q_star = .*", b"q_star = ", whole),
+                        bytes(len(whole))):
+            record.write_bytes(damaged)
+            self.sweep("--merge")
+            self.assertEqual(self.table()["cases/status"].tolist(), [0, -1], damaged)
+            self.sweep("--resume")
+            again = self.table()
+            for key in first.keys() - {"cases/wall_seconds"}:
+                np.testing.assert_array_equal(again[key], first[key], key)
+
     def test_killed_worker(self):
         self.write(self.LONG.replace("time.end: 9 s", "time.end: 300 s, stop.flux_error: 0.5, stop.after: 20 s"))
         p = self.start("-j", "2")

@@ -344,40 +344,63 @@ ry_status ry_sweep_store_open(ry_sweep_store *store, const char *description, in
 
 /* --- records ------------------------------------------------------------------------------------ */
 
-static void take_line(ry_case_record *r, const char *key, const char *value)
+/* Of the status and the message, which are the first and the last line: both, or the record is cut. */
+enum { HAS_STATUS = 1, HAS_MESSAGE = 2, HAS_ALL = 3 };
+
+/* 0: the value is not whole. */
+static int take_line(ry_case_record *r, const char *key, const char *value, int *has)
 {
+    char *end = NULL;
     if (strcmp(key, "status") == 0) {
-        r->status = (int)strtol(value, NULL, 10);
-        r->known = 1;
+        r->status = (int)strtol(value, &end, 10);
+        *has |= HAS_STATUS;
     } else if (strcmp(key, "q_star") == 0) {
-        r->q_star = strtod(value, NULL);
+        r->q_star = strtod(value, &end);
     } else if (strcmp(key, "q_star_error") == 0) {
-        r->q_star_error = strtod(value, NULL);
+        r->q_star_error = strtod(value, &end);
     } else if (strcmp(key, "autocorrelation_time") == 0) {
-        r->autocorrelation_time = strtod(value, NULL);
+        r->autocorrelation_time = strtod(value, &end);
     } else if (strcmp(key, "equilibration_time") == 0) {
-        r->equilibration_time = strtod(value, NULL);
+        r->equilibration_time = strtod(value, &end);
     } else if (strcmp(key, "samples") == 0) {
-        r->samples = strtoll(value, NULL, 10);
+        r->samples = strtoll(value, &end, 10);
     } else if (strcmp(key, "wall_seconds") == 0) {
-        r->wall_seconds = strtod(value, NULL);
+        r->wall_seconds = strtod(value, &end);
     } else if (strcmp(key, "stopped_early") == 0) {
-        r->stopped_early = (int)strtol(value, NULL, 10);
+        r->stopped_early = (int)strtol(value, &end, 10);
     } else if (strcmp(key, "hash") == 0) {
-        r->hash = strtoull(value, NULL, 16);
+        r->hash = strtoull(value, &end, 16);
     } else if (strcmp(key, "message") == 0) {
         snprintf(r->message, sizeof r->message, "%s", value);
+        *has |= HAS_MESSAGE;
     }
+    return end == NULL || (end > value && *end == '\0');
+}
+
+/* 1: `text`, which this takes apart, is a whole record. */
+static int take_text(ry_case_record *r, char *text)
+{
+    const size_t length = strlen(text);
+    int has = 0, good = length > 0 && text[length - 1] == '\n';
+    for (char *rest = text, *line; good && (line = strsep(&rest, "\n")) != NULL;) {
+        char *const value = strstr(line, " = ");
+        if (value != NULL) {
+            *value = '\0';
+            good = take_line(r, line, value + 3, &has);
+        }
+    }
+    return good && has == HAS_ALL;
 }
 
 ry_status ry_sweep_store_read(const ry_sweep_store *store, int index, ry_case_record *record,
                               ry_error *error)
 {
-    *record = (ry_case_record){.q_star = NAN,
-                               .q_star_error = NAN,
-                               .autocorrelation_time = NAN,
-                               .equilibration_time = NAN,
-                               .wall_seconds = NAN};
+    static const ry_case_record unknown = {.q_star = NAN,
+                                           .q_star_error = NAN,
+                                           .autocorrelation_time = NAN,
+                                           .equilibration_time = NAN,
+                                           .wall_seconds = NAN};
+    *record = unknown;
     char *const path = ry_sweep_store_name(store, index, ".txt", 1);
     char *text = NULL;
     if (path == NULL) {
@@ -387,16 +410,13 @@ ry_status ry_sweep_store_read(const ry_sweep_store *store, int index, ry_case_re
     if (access(path, F_OK) == 0) {
         status = ry_text_read(path, LARGEST_RECORD, "the record of a case", &text, error);
     }
-    for (char *rest = text, *line; rest != NULL && (line = strsep(&rest, "\n")) != NULL;) {
-        char *const value = strstr(line, " = ");
-        if (value != NULL) {
-            *value = '\0';
-            take_line(record, line, value + 3);
-        }
+    record->known = text != NULL && take_text(record, text);
+    if (!record->known) {
+        *record = unknown; /* a case with a damaged record is run again */
     }
     free(text);
     free(path);
-    return status;
+    return status == RY_BAD_INPUT ? RY_OK : status; /* no text at all: damaged as well */
 }
 
 ry_status ry_sweep_store_write(const ry_sweep_store *store, int index, const ry_case_record *r,
