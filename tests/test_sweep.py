@@ -411,6 +411,8 @@ class Sweep(unittest.TestCase):
         (self.folder / "scene.yaml").write_text(SCENE.replace("end: 20 ms", "end: 30 ms"))
         self.refuses(2, "s.yaml", "--resume", says=["time.end was 0.02, is 0.03"])
         self.refuses(2, "s.yaml", "--merge", says=["time.end was 0.02, is 0.03"])
+        self.refuses(2, "s.yaml", "--shard", "1/2", "--force",
+                     says=["time.end was 0.02", "or to begin anew, remove s.d, or --force without --shard"])
         self.assertEqual(self.table()["cases/status"].tolist(), [0, 0])
         self.sweep("--force")
 

@@ -105,9 +105,11 @@ static ry_status compare(const ry_sweep_store *store, const char *now, const cha
     if (found == 0) {
         return RY_OK;
     }
-    return ry_fail(error, RY_BAD_INPUT,
-                   "%s holds another sweep: %s%s; give another -o, or --force to begin anew",
-                   store->folder, list, found > 4 ? "; and more" : "");
+    const int is_shard = store->shards > 0; /* whose --force is for its own cases; the others keep what is there */
+    return ry_fail(error, RY_BAD_INPUT, "%s holds another sweep: %s%s; give another -o, or %s%s%s", store->folder, list,
+                   found > 4 ? "; and more" : "",
+                   is_shard ? "to begin anew, remove " : "--force to begin anew", is_shard ? store->folder : "",
+                   is_shard ? ", or --force without --shard" : "");
 }
 
 static ry_status read_description(const ry_sweep_store *store, char **text, ry_error *error)
@@ -337,6 +339,7 @@ static ry_status describe(const ry_sweep_store *store, const char *description, 
 ry_status ry_sweep_store_open(ry_sweep_store *store, const char *description, int shard, int shards,
                               int anew, ry_error *error)
 {
+    store->shards = shards;
     RY_TRY(make_folder(store, error));
     RY_TRY(take_lock(store, shard, shards, error));
     return describe(store, description, shards > 0, anew, error);

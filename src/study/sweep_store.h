@@ -23,7 +23,8 @@ typedef struct ry_sweep_store {
     char *output; /* OUT.h5 */
     char *folder; /* OUT.d */
     int n_cases, digits;
-    int lock; /* descriptor of sweep.txt; -1: none */
+    int shards; /* 0: this is a sweep without */
+    int lock;   /* descriptor of sweep.txt; -1: none */
 } ry_sweep_store;
 
 /* Only makes the names. */
