@@ -504,6 +504,17 @@ class Sweep(unittest.TestCase):
             self.assertNotEqual(r.returncode, 0, command)
         self.assertEqual({name: (self.folder / name).read_bytes() for name in before}, before)
 
+    def test_force_removes_its_own_files_only(self):
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\n")
+        self.sweep()
+        mine = ["case-0001.png", "case-0001.txt.bak", "case-0001.h5.old", "case-0003.txt.7.part.gz", "cases.csv"]
+        left = ["case-0001.txt.77.part", "case-0002.h5.part.copy", "case-0002.xdmf.part", "case-0009.h5.part.journal"]
+        for name in mine + left:
+            (self.folder / "s.d" / name).write_text("mine")
+        self.sweep("--force")
+        names = {p.name for p in (self.folder / "s.d").iterdir()}
+        self.assertEqual((names.intersection(mine), names.intersection(left)), (set(mine), set()))
+
     def test_bad_command_lines(self):
         self.write("vary: {fluid.shields: [0.3]}\n")
         self.refuses(2, says=["which sweep file"])

@@ -141,11 +141,29 @@ ry_status ry_sweep_store_look(const ry_sweep_store *store, const char *descripti
 
 /* --- the folder --------------------------------------------------------------------------------- */
 
+/* What a case leaves; behind it what a kill leaves of a file that was being made. The first three tell
+ * that a case is there. */
+static const char *const endings[] = {".txt", ".h5", ".h5.part", ".h5.part.journal", ".xdmf", ".h5.part.copy",
+                                      ".xdmf.part", NULL};
+enum { TELLING = 3 };
+
+/* 1: as ry_text_write names it, ".txt.PID.part". */
+static int is_half_record(const char *ending)
+{
+    const size_t digits = strncmp(ending, ".txt.", 5) == 0 ? strspn(ending + 5, "0123456789") : 0;
+    return digits > 0 && strcmp(ending + 5 + digits, ".part") == 0;
+}
+
 /* The names that a sweep makes in its folder. */
 static int is_ours(const char *name)
 {
     const size_t digits = strncmp(name, "case-", 5) == 0 ? strspn(name + 5, "0123456789") : 0;
-    return strncmp(name, "sweep.txt", 9) == 0 || (digits >= 4 && name[5 + digits] == '.');
+    int k = 0;
+    while (endings[k] != NULL && (digits < 4 || strcmp(name + 5 + digits, endings[k]) != 0)) {
+        k++;
+    }
+    return strncmp(name, "sweep.txt", 9) == 0 || endings[k] != NULL ||
+           (digits >= 4 && is_half_record(name + 5 + digits));
 }
 
 /* Calls unlink for our files whose name begins with `prefix`; returns how many there are. */
@@ -175,9 +193,8 @@ static int each_file(const ry_sweep_store *store, const char *prefix, int remove
 
 int ry_sweep_store_has(const ry_sweep_store *store, int index)
 {
-    static const char *const endings[] = {".txt", ".h5", ".h5.part"};
     int found = 0;
-    for (int k = 0; k < 3 && !found; k++) {
+    for (int k = 0; k < TELLING && !found; k++) {
         char *const name = ry_sweep_store_name(store, index, endings[k], 1);
         found = name != NULL && access(name, F_OK) == 0;
         free(name);
@@ -187,8 +204,7 @@ int ry_sweep_store_has(const ry_sweep_store *store, int index)
 
 void ry_sweep_store_remove(const ry_sweep_store *store, int index)
 {
-    static const char *const endings[] = {".txt", ".h5", ".h5.part", ".h5.part.journal", ".xdmf"};
-    for (int k = 0; k < 5; k++) {
+    for (int k = 0; endings[k] != NULL; k++) {
         char *const name = ry_sweep_store_name(store, index, endings[k], 1);
         if (name != NULL) {
             unlink(name);
