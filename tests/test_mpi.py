@@ -166,6 +166,24 @@ class Farm(unittest.TestCase):
         self.end(p, 0)
         self.assert_like_plain()
 
+    def test_check_of_more_than_a_minute(self):
+        """Process 0 says nothing before it has checked all cases; nobody takes it for dead."""
+        (self.folder / "scene.yaml").write_text(
+            "time: {step: 20 us, end: 2 ms}\nfluid: {model: none}\ndomain: {length: 1 m}\nparticles:\n" + "".join(
+                f"  - {{position: [{k} mm, 1 cm], diameter: 0.5 mm, density: 2650 kg/m^3}}\n" for k in range(1, 500)))
+        self.write("vary: {contact.friction: {from: 0.1, to: 1, steps: 20000}}\n")
+        p = self.start(2)
+        self.wait_for("the processes", lambda: len(children(p.pid)) == 2)
+        time.sleep(2.0)
+        found = {rank_of(pid): pid for pid in children(p.pid)}
+        os.kill(found[0], signal.SIGSTOP)  # as if it had more to check, and took no time of the machine
+        time.sleep(64.0)
+        still_there = children(p.pid)
+        os.kill(found[0], signal.SIGKILL)
+        _, err = p.communicate(timeout=60)
+        self.assertEqual(sorted(still_there), sorted(found.values()), err)
+        self.assertEqual(self.files("*"), [])
+
     # --- kills ---
 
     def test_killed_case(self):

@@ -229,6 +229,21 @@ class Sweep(unittest.TestCase):
         self.sweep("--resume")
         self.assertEqual(before, {p.name: p.stat().st_mtime_ns for p in (self.folder / "s.d").glob("case-*.h5")})
 
+    def test_stop_while_cases_are_checked(self):
+        (self.folder / "scene.yaml").write_text(
+            "time: {step: 20 us, end: 2 ms}\nfluid: {model: none}\ndomain: {length: 1 m}\nparticles:\n" + "".join(
+                f"  - {{position: [{k} mm, 1 cm], diameter: 0.5 mm, density: 2650 kg/m^3}}\n" for k in range(1, 500)))
+        self.write("vary: {contact.friction: {from: 0.1, to: 1, steps: 20000}}\n")
+        p = self.start()
+        time.sleep(1.0)
+        p.send_signal(signal.SIGINT)
+        asked = time.monotonic()
+        _, err = p.communicate(timeout=100)
+        self.assertEqual(p.returncode, 130, err)
+        self.assertLess(time.monotonic() - asked, 1.0)
+        self.assertIn("none was begun", err)
+        self.assertFalse((self.folder / "s.d").exists())
+
     def test_missing_case_is_run_again(self):
         self.write("vary: {fluid.shields: [0.3, 0.6, 0.9]}\n")
         self.sweep()
@@ -237,6 +252,23 @@ class Sweep(unittest.TestCase):
         (self.folder / "s.d/case-0003.txt").unlink()
         self.sweep("--resume")
         self.assertEqual(self.hashes(), first)
+
+    def test_damaged_record_is_run_again(self):
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\n")
+        self.sweep()
+        first = self.table()
+        record = self.folder / "s.d/case-0002.txt"
+        whole = record.read_bytes()
+        for damaged in (whole[:whole.index(b"\n") + 1], whole[:-1], b"", whole.replace(b"status = 0", b"status = 0x"),
+                        re.sub(rb"(samples = \d+)", rb"\1.5", whole), re.sub(rb"q_star = .*", b"q_star = ", whole),
+                        bytes(len(whole))):
+            record.write_bytes(damaged)
+            self.sweep("--merge")
+            self.assertEqual(self.table()["cases/status"].tolist(), [0, -1], damaged)
+            self.sweep("--resume")
+            again = self.table()
+            for key in first.keys() - {"cases/wall_seconds"}:
+                np.testing.assert_array_equal(again[key], first[key], key)
 
     def test_killed_worker(self):
         self.write(self.LONG.replace("time.end: 9 s", "time.end: 300 s, stop.flux_error: 0.5, stop.after: 20 s"))
@@ -259,6 +291,24 @@ class Sweep(unittest.TestCase):
         self.assertEqual(sorted(self.table()["cases/status"].tolist()), [0, 0, 137])
         self.sweep("--resume")
         self.assertEqual(self.table()["cases/status"].tolist(), [0, 0, 0])
+
+    def test_ignored_sigchld(self):
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\nset: {time.end: 900 s, output.fields: [flux]}\n")
+        for number, status in ((signal.SIGINT, 130), (signal.SIGKILL, 3)):
+            p = subprocess.Popen([PROGRAM, "sweep", "s.yaml", "--force", "-j", "1"], cwd=self.folder, text=True, env=PLAIN,
+                                 stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                                 preexec_fn=lambda: signal.signal(signal.SIGCHLD, signal.SIG_IGN))
+            for _ in range(2 if number == signal.SIGKILL else 1):  # both cases, or the sweep
+                pids = []
+                deadline = time.monotonic() + 60
+                while not pids and time.monotonic() < deadline:
+                    time.sleep(0.02)
+                    pids = Path(f"/proc/{p.pid}/task/{p.pid}/children").read_text().split()
+                time.sleep(0.3)
+                os.kill(int(pids[0]) if number == signal.SIGKILL else p.pid, number)
+                time.sleep(0.3)
+            _, err = p.communicate(timeout=60)
+            self.assertEqual(p.returncode, status, err)
 
     def test_failures(self):
         # 2: refused, the explicit dashpot would blow up; the others are done
@@ -309,6 +359,18 @@ class Sweep(unittest.TestCase):
             self.assertEqual(task.returncode, 0, out + err)
         self.assertEqual(self.table()["cases/status"].tolist(), [0] * 5)
 
+    def test_shards_of_two_sweeps_together(self):
+        for k, friction in enumerate((0.3, 0.6)):
+            self.write(f"vary: {{fluid.shields: [0.3, 0.5]}}\nset: {{time.end: 0.4 s, contact.friction: {friction}}}\n",
+                       f"{k}.yaml")
+        for turn in range(3):
+            tasks = [subprocess.Popen([PROGRAM, "sweep", f"{k}.yaml", "-o", f"{turn}.h5", "--shard", f"{k + 1}/2"],
+                                      cwd=self.folder, text=True, env=PLAIN, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+                     for k in (0, 1)]
+            errors = "".join(task.communicate(timeout=60)[1] for task in tasks)
+            self.assertEqual(sorted(task.returncode for task in tasks), [0, 2], errors)
+            self.assertIn(f"{turn}.d holds another sweep: contact.friction was", errors)
+
     def stop_job_script(self, state):
         """What the job script has asked of scontrol when it was stopped and squeue says so of its task."""
         script = Path(os.environ["SOURCE_DIR"]) / "params/sweep.slurm"
@@ -349,6 +411,8 @@ class Sweep(unittest.TestCase):
         (self.folder / "scene.yaml").write_text(SCENE.replace("end: 20 ms", "end: 30 ms"))
         self.refuses(2, "s.yaml", "--resume", says=["time.end was 0.02, is 0.03"])
         self.refuses(2, "s.yaml", "--merge", says=["time.end was 0.02, is 0.03"])
+        self.refuses(2, "s.yaml", "--shard", "1/2", "--force",
+                     says=["time.end was 0.02", "or to begin anew, remove s.d, or --force without --shard"])
         self.assertEqual(self.table()["cases/status"].tolist(), [0, 0])
         self.sweep("--force")
 
@@ -370,6 +434,14 @@ class Sweep(unittest.TestCase):
             ("vary:\n  fluid.shields: {from: 0.1, steps: 3}\n", ["no 'to'"]),
             ("vary:\n  fluid.shields: {from: 0.1, to: 1}\n", ["the range needs 'steps'"]),
             ("vary:\n  fluid.shields: {from: 0.1, to: 1, steps: 0}\n", ["0 is out of range"]),
+            ("vary:\n  fluid.shields: {from: 0.1, to: 1, steps: 1}\n",
+             ["s.yaml:3: fluid.shields: steps: 1 leaves out 'to'; at least 2"]),
+            ("set: {fluid.shear_stress: 1}\nvary:\n  fluid.shields: [0.1, 0.2]\n",
+             ["s.yaml:4: fluid.shields: contradicts fluid.shear_stress under 'set'; give only one"]),
+            ("vary:\n  contact.alpha_m: [2, 3]\nset: {contact.stiffness: 100 N/m}\n",
+             ["s.yaml:3: contact.alpha_m: contradicts contact.stiffness under 'set'"]),
+            ("set: {fluid.shields: 0.1}\nvary:\n  fluid.shields: [0.1, 0.2]\n",
+             ["s.yaml:4: fluid.shields: contradicts fluid.shields under 'set'; give only one"]),
             ("vary:\n  fluid.shields: {from: 0, to: 1, steps: 4, scale: log}\n", ["above 0"]),
             ("vary:\n  fluid.shields: {from: 0, to: 1, steps: 4, scale: cubic}\n", ["linear and log"]),
             ("vary:\n  fluid.shields: {from: 0, to: 1, setps: 4}\n", ["'setps'", "from, to, steps, scale"]),
@@ -406,11 +478,42 @@ class Sweep(unittest.TestCase):
         subprocess.run([PROGRAM, "run", "scene.yaml", "-o", "res.h5", "--quiet"], cwd=self.folder, check=True)
         before["res.h5"] = (self.folder / "res.h5").read_bytes()
         self.refuses(4, "s.yaml", "-o", "res.h5", "--resume", says=["res.h5: not the result of a sweep", "--force"])
+        # what has come there since: neither the last shard nor --merge replaces it
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\n")
+        self.sweep("-o", "m.h5", "--shard", "1/2")
+        subprocess.run([PROGRAM, "run", "scene.yaml", "-o", "m.h5", "--quiet"], cwd=self.folder, check=True)
+        before["m.h5"] = (self.folder / "m.h5").read_bytes()
+        self.refuses(4, "s.yaml", "-o", "m.h5", "--merge", says=["m.h5: not the result of a sweep", "--merge --force"])
+        (self.folder / "m.h5").unlink()
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\nset: {time.end: 2 s}\n")
+        self.sweep("-o", "m2.h5", "--shard", "1/2")
+        p = self.start("-o", "m2.h5", "--shard", "2/2")
+        deadline = time.monotonic() + 60
+        while not any((self.folder / "m2.d").glob("case-0002.*")) and time.monotonic() < deadline:
+            time.sleep(0.01)
+        (self.folder / "m2.h5").write_bytes(before["m.h5"])
+        _, err = p.communicate(timeout=60)
+        self.assertEqual(p.returncode, 4, err)
+        self.assertEqual((self.folder / "m2.h5").read_bytes(), before.pop("m.h5"))
+        self.sweep("-o", "m2.h5", "--merge", "--force")
+        self.write("vary:\n  fluid.shields: [0.3]\n")
+        before["s.yaml"] = (self.folder / "s.yaml").read_bytes()
         for command in ("tune", "threshold"):
             r = subprocess.run([PROGRAM, command, "scene.yaml", "-o", "./scene.yaml", "--force"], cwd=self.folder, text=True,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
             self.assertNotEqual(r.returncode, 0, command)
         self.assertEqual({name: (self.folder / name).read_bytes() for name in before}, before)
+
+    def test_force_removes_its_own_files_only(self):
+        self.write("vary: {fluid.shields: [0.3, 0.6]}\n")
+        self.sweep()
+        mine = ["case-0001.png", "case-0001.txt.bak", "case-0001.h5.old", "case-0003.txt.7.part.gz", "cases.csv"]
+        left = ["case-0001.txt.77.part", "case-0002.h5.part.copy", "case-0002.xdmf.part", "case-0009.h5.part.journal"]
+        for name in mine + left:
+            (self.folder / "s.d" / name).write_text("mine")
+        self.sweep("--force")
+        names = {p.name for p in (self.folder / "s.d").iterdir()}
+        self.assertEqual((names.intersection(mine), names.intersection(left)), (set(mine), set()))
 
     def test_bad_command_lines(self):
         self.write("vary: {fluid.shields: [0.3]}\n")
@@ -420,6 +523,7 @@ class Sweep(unittest.TestCase):
         self.refuses(2, "s.yaml", "-j", "0", says=["1 to 1024"])
         self.refuses(2, "s.yaml", "--resume", "--force", says=["--resume", "--force"])
         self.refuses(2, "s.yaml", "-s", "fluid.shields=0.2", says=["fluid.shields", "varies this key, in line 2 of s.yaml"])
+        self.refuses(2, "s.yaml", "-s", "fluid.shear_stress=1", says=["varies fluid.shields, in line 2 of s.yaml"])
         self.refuses(4, "s.yaml", "-o", "nowhere/s.h5", says=["nowhere"])
         (self.folder / "full.d").mkdir()
         (self.folder / "full.d/mine.txt").write_text("mine")

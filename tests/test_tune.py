@@ -117,6 +117,42 @@ class Tune(unittest.TestCase):
             (self.folder / "part.h5").unlink()
             (self.folder / "part.yaml").unlink()
 
+    def test_pieces_of_one_that_just_ends(self):
+        """Its last piece comes between the start of another and its lock; what a power cut leaves is on the disk."""
+        strace = ["strace", "-f", "-o", "calls", "-e", "trace=flock,fdatasync", "-e", "inject=flock:delay_enter=1000000:when=1"]
+        try:
+            subprocess.run([*strace, "true"], cwd=self.folder, check=True, stderr=subprocess.DEVNULL)
+        except (OSError, subprocess.CalledProcessError):
+            self.skipTest("no strace that may trace; Debian: apt install strace")
+        pieces, calls = self.folder / "part.h5.pieces", self.folder / "calls"
+
+        def wait_for(condition):
+            deadline = time.monotonic() + 30
+            while not condition() and time.monotonic() < deadline:
+                time.sleep(0.005)
+
+        def tune(*before):
+            return subprocess.Popen([*before, PROGRAM, "tune", "bed.yaml", "--quick", "-j1", "-o", "part.h5", "--resume"],
+                                    cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        first = tune()
+        wait_for(lambda: pieces.exists() and pieces.read_text().count("\n") > 2)
+        first.kill()
+        first.wait()
+        kept = pieces.read_text()
+        kept = kept[:kept.rindex("\n") + 1] + "the last piece|0|1 0x1p+0|\n"
+        second = tune(*strace)
+        wait_for(lambda: calls.exists() and "flock" in calls.read_text())  # it sleeps before its lock
+        pieces.write_text(kept)
+        wait_for(lambda: pieces.read_text().count("\n") > kept.count("\n") + 2)
+        second.send_signal(signal.SIGTERM)
+        children = Path(f"/proc/{second.pid}/task/{second.pid}/children").read_text().split()
+        for pid in children:
+            os.kill(int(pid), signal.SIGINT)
+        second.wait(timeout=30)
+        now = pieces.read_text()
+        self.assertTrue(now.startswith(kept))
+        self.assertEqual(calls.read_text().count("fdatasync("), now.count("\n") - kept.count("\n"))
+
     def test_joint(self):
         r = self.tune("--vary", "contact.friction=0.2:0.8", "--vary", "contact.alpha_m=20:30", "--budget", "12")
         for text in ("Joint fit of 2 constants: 9 candidates", "contact.friction", "95 %", "The data constrain",

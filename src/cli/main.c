@@ -111,6 +111,7 @@ int main(int argc, char **argv)
         execv("/proc/self/exe", argv); /* once more, with the settings; on failure go on as we are */
     }
 #endif
+    signal(SIGCHLD, SIG_DFL); /* who ignores it, which is inherited, isn't told how a child has ended */
     /* A result file must never take the number of a standard stream that came closed. */
     for (int fd = open("/dev/null", O_RDWR); fd >= 0; fd = open("/dev/null", O_RDWR)) {
         if (fd > STDERR_FILENO) {

@@ -148,6 +148,10 @@ typedef struct display {
 static void describe(char *out, size_t size, const ry_sweep_progress *p)
 {
     char left[40] = "", failed[40] = "";
+    if (p->checked) {
+        snprintf(out, size, "checked %d of %d cases", p->checked, p->cases);
+        return;
+    }
     if (isfinite(p->seconds_left)) {
         ry_progress_span(left, sizeof left, p->seconds_left);
     }
@@ -165,7 +169,7 @@ static int on_progress(void *data, const ry_sweep_progress *p)
     char text[200];
     if (!d->quiet && p->news) {
         fprintf(stderr, "%s%s\n", d->terminal ? "\r\033[K" : "", p->news);
-    } else if (!d->quiet && (d->terminal || p->share >= d->next_share)) {
+    } else if (!d->quiet && (d->terminal || (!p->checked && p->share >= d->next_share))) {
         describe(text, sizeof text, p);
         fprintf(stderr, d->terminal ? "\r\033[K%.79s" : "%s\n", text);
         d->next_share = floor(10.0 * p->share + 1.0) / 10.0;
@@ -232,6 +236,10 @@ static int run(const arguments *a, const ry_farm *farm, int *gone)
                 farm->rank + 1, farm->size);
         }
         return status;
+    }
+    if (status == RY_STOPPED && !result.cases) {
+        fprintf(stderr, "ryusa: stopped while the cases were checked; none was begun\n");
+        return RY_STOPPED;
     }
     if (status == RY_STOPPED) {
         fprintf(stderr, "ryusa: stopped with %d of %d cases done, saved; --resume goes on\n",

@@ -96,6 +96,30 @@ int ry_keys_find(const char *section, const char *key)
     return -1;
 }
 
+int ry_keys_find_path(const char *text)
+{
+    char path[120];
+    text += strspn(text, " ");
+    (void)snprintf(path, sizeof path, "%.*s", (int)strcspn(text, " ="), text);
+    char *const dot = strchr(path, '.');
+    if (dot == NULL) {
+        return -1;
+    }
+    *dot = '\0';
+    return ry_keys_find(path, dot + 1);
+}
+
+int ry_keys_rival(int key)
+{
+    switch (key) {
+    case RY_KEY_contact_stiffness: return RY_KEY_contact_alpha_m;
+    case RY_KEY_contact_alpha_m: return RY_KEY_contact_stiffness;
+    case RY_KEY_fluid_shear_stress: return RY_KEY_fluid_shields;
+    case RY_KEY_fluid_shields: return RY_KEY_fluid_shear_stress;
+    default: return -1;
+    }
+}
+
 int ry_keys_section(const char *section)
 {
     for (int i = 0; i < RY_KEY_COUNT; i++) {

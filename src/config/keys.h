@@ -39,6 +39,13 @@ void ry_keys_set(ry_config *config, int key, double value);
 /* The number of section.key; -1: there is none. */
 int ry_keys_find(const char *section, const char *key);
 
+/* The same of a text that begins with "section.key", or "section.key=". */
+int ry_keys_find_path(const char *text);
+
+/* The key that replaces this one and that it replaces, so that both together contradict each other; -1:
+ * there is none. */
+int ry_keys_rival(int key);
+
 /* The number of the first key of a section, its identity; -1: there is no such section. */
 int ry_keys_section(const char *section);
 

@@ -179,8 +179,11 @@ static ry_status read_all(ry_reader *reader, const stored_lines *stored,
     for (int i = 0; i < n_overrides; i++) {
         RY_TRY(apply(reader, overrides[i], RY_FROM_COMMAND));
     }
-    RY_TRY(either(reader, RY_KEY_contact_stiffness, RY_KEY_contact_alpha_m));
-    RY_TRY(either(reader, RY_KEY_fluid_shear_stress, RY_KEY_fluid_shields));
+    for (int key = 0; key < RY_KEY_COUNT; key++) {
+        if (ry_keys_rival(key) > key) {
+            RY_TRY(either(reader, key, ry_keys_rival(key)));
+        }
+    }
     RY_TRY(ry_reader_particles(reader));
     ry_place places[RY_KEY_COUNT];
     for (int i = 0; i < RY_KEY_COUNT; i++) {

@@ -11,7 +11,7 @@
 #define RY_BOND_NEIGHBOURS 6.0
 
 /* Contacts of a grain with fixed ones that the bounds are made for: where these are less than a third as large, as many
- * as fit around it, pi/asin(fixed/(r + fixed)), but no more than `most`. (Small ones that can move do not resist so.) */
+ * as fit around it, pi/asin(fixed/(r + fixed)), but no more than `most`. (Small ones that can move resist less.) */
 RY_INLINE double ry_bond_around(double r, double fixed, double most)
 {
     const double around = 3.1415926535897932 * (1.0 + r / fixed) - 0.3; /* 1 % below: no asin, for the same bits */

@@ -92,8 +92,8 @@ RY_INLINE double ry_energy_refine(const ry_touch t, double a, double stretch, do
 }
 
 /* That w'. In the closing step the positive root: keep going in; later, or where the line of centres turns faster than
- * the grains approach, the negative one: turn round, or leave. First with the h of a step without impact; two turns more
- * reach rounding up to a tenth of a diameter a step, three up to half of one. */
+ * the grains approach, the negative one: turn round, or leave. First with the h of a step without impact; two turns
+ * more reach rounding up to a tenth of a diameter a step, three up to half of one. */
 RY_INLINE double ry_energy_keep(const ry_energy_share has, const ry_touch t, double a, double per_1a, int is_new)
 {
     const double free = t.w + t.g, h = ry_energy_turning(t, free).h;

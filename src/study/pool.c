@@ -118,21 +118,28 @@ static ry_status begin_all(running *r, ry_error *error)
     return RY_OK;
 }
 
-static int collect(running *r)
+static ry_status collect(running *r, int *ended, ry_error *error)
 {
-    int ended = 0;
+    ry_status status = RY_OK;
+    *ended = 0;
     for (int w = 0; w < r->pool->workers; w++) {
         int how = 0;
-        if (r->pid[w] == 0 || waitpid(r->pid[w], &how, WNOHANG) == 0) {
+        const pid_t who = r->pid[w] != 0 ? waitpid(r->pid[w], &how, WNOHANG) : 0;
+        if (who == 0 || (who < 0 && errno == EINTR)) {
             continue;
         }
         r->pid[w] = 0;
         r->n_running--;
-        ended++;
+        ++*ended;
+        if (who < 0) {
+            status = ry_fail(error, RY_BAD_FILE, "how a process has ended is not known: %s", strerror(errno));
+            r->pool->ended(r->pool->data, r->job[w], RY_STOPPED, 0);
+            continue;
+        }
         r->pool->ended(r->pool->data, r->job[w], WIFEXITED(how) ? WEXITSTATUS(how) : 0,
                        WIFSIGNALED(how) ? WTERMSIG(how) : 0);
     }
-    return ended;
+    return status;
 }
 
 static void stop_all(running *r)
@@ -173,15 +180,16 @@ static ry_status run_all(running *r, ry_error *error)
         }
         if (status == RY_OK) {
             status = begin_all(r, error);
-            if (status != RY_OK) {
-                stop_all(r);
-            }
+        }
+        if (status != RY_OK && !r->stopping) {
+            stop_all(r);
         }
         if (r->n_running == 0 && (r->held == RY_POOL_END || status != RY_OK)) {
             return status;
         }
         usleep(LOOK_EVERY_US);
-        changed = collect(r) > 0;
+        const ry_status collected = collect(r, &changed, error);
+        status = status == RY_OK ? collected : status;
     }
 }
 

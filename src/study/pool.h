@@ -32,8 +32,9 @@ typedef struct ry_pool {
     void (*turn)(void *data);
 } ry_pool;
 
-/* RY_OK when `next` has no more and all have ended, RY_BAD_FILE if no process can be made. Children that
- * lose their parent are asked to stop as well. */
+/* RY_OK when `next` has no more and all have ended, RY_BAD_FILE if no process can be made,
+ * or if nobody tells how one has ended (SIGCHLD is ignored): its job is RY_STOPPED. Children that lose
+ * their parent are asked to stop as well. */
 ry_status ry_pool_run(const ry_pool *pool, ry_error *error);
 
 /* Cores that this process may use: of its affinity, at most SLURM_CPUS_PER_TASK. */

@@ -14,6 +14,7 @@
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/text.h"
+#include "config/keys.h"
 #include "io/table_file.h"
 #include "scene/scene.h"
 #include "study/sweep_private.h"
@@ -25,12 +26,29 @@ static double work_of(const ry_config *config)
            (double)ry_config_derive(config).steps_end;
 }
 
+/* 1: the user asks to stop. */
+static int look(const ry_sweep_run *run, int checked, double *looked)
+{
+    static const double EVERY = 0.1;
+    const ry_sweep_options *const o = run->options;
+    const ry_sweep_progress p = {.cases = run->n_cases, .checked = checked};
+    if (o->progress == NULL || ry_clock() - *looked < EVERY) {
+        return 0;
+    }
+    *looked = ry_clock();
+    return o->progress(o->data, &p);
+}
+
 /* Before anything is made: which cases are refused. All of them: the sweep is wrong. */
 static ry_status check_cases(ry_sweep_run *run)
 {
     ry_error first = {0};
     int refused = 0;
+    double looked = ry_clock();
     for (int k = 0; k < run->n_cases; k++) {
+        if (look(run, k, &looked)) {
+            return RY_STOPPED;
+        }
         ry_error error = {0};
         ry_config config;
         ry_sweep_case *const c = &run->cases[k];
@@ -131,12 +149,26 @@ static ry_status count_all(ry_sweep_run *run)
     return RY_OK;
 }
 
-static ry_status finish(ry_sweep_run *run)
+/* 1: what is at OUT.h5 was made by something else. */
+static int is_foreign(const ry_sweep_run *run)
+{
+    const char *const output = run->store.output;
+    return !run->options->force && access(output, F_OK) == 0 && !ry_table_file_is(output, RY_SWEEP_PROGRAM);
+}
+
+static ry_status finish(ry_sweep_run *run, const char *description)
 {
     RY_TRY(count_all(run));
     if (run->result->missing == 0 || run->options->merge) {
-        /* Shards that end together take turns. */
+        /* Shards that end together take turns; without locks the folder may be another's by now. */
         RY_TRY(ry_sweep_store_lock_table(&run->store, run->error));
+        RY_TRY(ry_sweep_store_look(&run->store, description, run->error));
+        if (is_foreign(run)) {
+            return ry_fail(run->error, RY_BAD_FILE,
+                           "%s: not the result of a sweep; move it away, or --merge --force replaces it (what is in %s "
+                           "stays)",
+                           run->store.output, run->store.folder);
+        }
         RY_TRY(ry_sweep_table_write(run, run->error));
         run->result->table = 1;
     }
@@ -152,7 +184,7 @@ static ry_status finish(ry_sweep_run *run)
 static ry_status merge(ry_sweep_run *run, const char *description)
 {
     RY_TRY(ry_sweep_store_look(&run->store, description, run->error));
-    return finish(run);
+    return finish(run, description);
 }
 
 static ry_status work(ry_sweep_run *run, const char *description)
@@ -166,7 +198,7 @@ static ry_status work(ry_sweep_run *run, const char *description)
                        run->store.output);
     }
     RY_TRY(ry_table_file_check(run->store.output, 1, run->error));
-    if (!o->force && exists && !ry_table_file_is(run->store.output, RY_SWEEP_PROGRAM)) {
+    if (is_foreign(run)) {
         return ry_fail(run->error, RY_BAD_FILE, "%s: not the result of a sweep; give another -o, or --force replaces it",
                        run->store.output);
     }
@@ -177,22 +209,21 @@ static ry_status work(ry_sweep_run *run, const char *description)
     }
     RY_TRY(choose(run));
     RY_TRY(ry_sweep_cases_run(run));
-    return finish(run);
+    return finish(run, description);
 }
 
-/* A key that is varied can't be set by -s as well. */
+/* A key that is varied, or one that it replaces, can't be set by -s as well. */
 static ry_status check_overrides(const ry_sweep_run *run)
 {
     const ry_sweep_file *const f = &run->file;
     const ry_sweep_options *const o = run->options;
     for (int k = 0; k < o->n_overrides; k++) {
-        for (int i = 0; i < f->n_axes; i++) {
-            const size_t length = strlen(f->axis[i].path);
-            if (strncmp(o->overrides[k], f->axis[i].path, length) == 0 &&
-                o->overrides[k][length] == '=') {
-                return ry_fail(run->error, RY_BAD_INPUT,
-                               "-s %s: the sweep varies this key, in line %d of %s",
-                               o->overrides[k], f->axis[i].line, f->path);
+        const int key = ry_keys_find_path(o->overrides[k]);
+        for (int i = 0; i < f->n_axes && key >= 0; i++) {
+            if (key == f->axis[i].key || key == ry_keys_rival(f->axis[i].key)) {
+                return ry_fail(run->error, RY_BAD_INPUT, "-s %s: the sweep varies %s, in line %d of %s",
+                               o->overrides[k], key == f->axis[i].key ? "this key" : f->axis[i].path,
+                               f->axis[i].line, f->path);
             }
         }
     }

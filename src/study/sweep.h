@@ -14,6 +14,7 @@ typedef struct ry_sweep_progress {
     double share;                      /* of the work, 0..1 */
     double seconds_left;               /* NAN: not known yet */
     const char *news;                  /* a line about a case that has just ended; NULL: none */
+    int checked; /* cases, before any is begun, when nothing else is known; 0: this is over */
 } ry_sweep_progress;
 
 typedef struct ry_sweep_options {

@@ -262,7 +262,8 @@ typedef struct worker {
     int n_told;
     double work;
     order order;
-    int waits;      /* for an answer */
+    int waits;       /* for an answer */
+    int is_answered; /* before the first answer process 0 may check cases for any time */
     int is_hungry;  /* the last answer brought a case: there may be more */
     int is_leaving; /* a signal of its own */
     int is_orphan;  /* process 0 is gone */
@@ -290,6 +291,7 @@ static void take_answer(worker *w)
     int from = 0;
     while (w->wire->receive(w->wire->data, &from, &a, (int)sizeof a) == (int)sizeof a) {
         w->waits = 0;
+        w->is_answered = 1;
         w->silence = 0.0;
         w->since = ry_clock();
         w->order = a.order;
@@ -306,7 +308,7 @@ static void take_answer(worker *w)
     w->silence += seen;
     if (w->waits && ((w->sees_parent && is_time_to_look(w->silence, seen) &&
                       !ry_sweep_store_is_there(&w->run->store, w->run->options->shard, 0)) ||
-                     (!w->sees_parent && w->silence > GONE_AFTER))) {
+                     (!w->sees_parent && w->is_answered && w->silence > GONE_AFTER))) {
         w->is_orphan = 1;
         w->run->result->gone = 1;
     }

@@ -213,6 +213,9 @@ static ry_status read_range(parser *p, ry_axis *axis, const yaml_node_t *node)
         return FAIL(p, node, axis->path,
                     "the range ends where it begins; 'from' and 'to' must differ");
     }
+    if (axis->from != axis->to && axis->steps == 1) {
+        return FAIL(p, node, axis->path, "steps: 1 leaves out 'to'; at least 2 where 'from' and 'to' differ");
+    }
     if (axis->logarithmic && !(axis->from > 0.0 && axis->to > 0.0)) {
         return FAIL(p, node, axis->path, "scale: log needs 'from' and 'to' above 0");
     }
@@ -250,10 +253,7 @@ static ry_status read_axis(parser *p, const yaml_node_t *key, const yaml_node_t 
     RY_TRY(take_path(p, key, &path));
     snprintf(axis->path, sizeof axis->path, "%s", path);
     axis->line = (int)key->start_mark.line + 1;
-    char section[80];
-    const char *const dot = strchr(path, '.');
-    snprintf(section, sizeof section, "%.*s", dot != NULL ? (int)(dot - path) : 0, path);
-    axis->key = ry_keys_find(section, dot != NULL ? dot + 1 : path);
+    axis->key = ry_keys_find_path(path);
     if (strcmp(path, "output.fields") == 0) {
         return FAIL(p, key, path, "can't be varied; put it under 'set'");
     }
@@ -381,6 +381,21 @@ static ry_status at_line(parser *p, int line, const char *key, const char *what)
                          what);
 }
 
+/* What is varied would replace it without a word. */
+static ry_status check_set(parser *p, const ry_axis *axis)
+{
+    for (int k = 0; k < p->file->n_set; k++) {
+        char what[160];
+        const int key = ry_keys_find_path(p->file->set[k]);
+        const int length = (int)strcspn(p->file->set[k], "=");
+        if (key >= 0 && (key == axis->key || key == ry_keys_rival(axis->key))) {
+            snprintf(what, sizeof what, "contradicts %.*s under 'set'; give only one of the two", length, p->file->set[k]);
+            return at_line(p, axis->line, axis->path, what);
+        }
+    }
+    return RY_OK;
+}
+
 /* What fits together; sampling decides whether `samples`, `seed` and `steps` mean anything. */
 static ry_status check_all(parser *p)
 {
@@ -416,6 +431,7 @@ static ry_status check_all(parser *p)
             return at_line(p, axis->line, axis->path,
                            "can't be varied while 'replicas' gives each case its own");
         }
+        RY_TRY(check_set(p, axis));
     }
     return RY_OK;
 }

@@ -105,9 +105,11 @@ static ry_status compare(const ry_sweep_store *store, const char *now, const cha
     if (found == 0) {
         return RY_OK;
     }
-    return ry_fail(error, RY_BAD_INPUT,
-                   "%s holds another sweep: %s%s; give another -o, or --force to begin anew",
-                   store->folder, list, found > 4 ? "; and more" : "");
+    const int is_shard = store->shards > 0; /* whose --force is for its own cases; the others keep what is there */
+    return ry_fail(error, RY_BAD_INPUT, "%s holds another sweep: %s%s; give another -o, or %s%s%s", store->folder, list,
+                   found > 4 ? "; and more" : "",
+                   is_shard ? "to begin anew, remove " : "--force to begin anew", is_shard ? store->folder : "",
+                   is_shard ? ", or --force without --shard" : "");
 }
 
 static ry_status read_description(const ry_sweep_store *store, char **text, ry_error *error)
@@ -139,11 +141,29 @@ ry_status ry_sweep_store_look(const ry_sweep_store *store, const char *descripti
 
 /* --- the folder --------------------------------------------------------------------------------- */
 
+/* What a case leaves; behind it what a kill leaves of a file that was being made. The first three tell
+ * that a case is there. */
+static const char *const endings[] = {".txt", ".h5", ".h5.part", ".h5.part.journal", ".xdmf", ".h5.part.copy",
+                                      ".xdmf.part", NULL};
+enum { TELLING = 3 };
+
+/* 1: as ry_text_write names it, ".txt.PID.part". */
+static int is_half_record(const char *ending)
+{
+    const size_t digits = strncmp(ending, ".txt.", 5) == 0 ? strspn(ending + 5, "0123456789") : 0;
+    return digits > 0 && strcmp(ending + 5 + digits, ".part") == 0;
+}
+
 /* The names that a sweep makes in its folder. */
 static int is_ours(const char *name)
 {
     const size_t digits = strncmp(name, "case-", 5) == 0 ? strspn(name + 5, "0123456789") : 0;
-    return strncmp(name, "sweep.txt", 9) == 0 || (digits >= 4 && name[5 + digits] == '.');
+    int k = 0;
+    while (endings[k] != NULL && (digits < 4 || strcmp(name + 5 + digits, endings[k]) != 0)) {
+        k++;
+    }
+    return strncmp(name, "sweep.txt", 9) == 0 || endings[k] != NULL ||
+           (digits >= 4 && is_half_record(name + 5 + digits));
 }
 
 /* Calls unlink for our files whose name begins with `prefix`; returns how many there are. */
@@ -173,9 +193,8 @@ static int each_file(const ry_sweep_store *store, const char *prefix, int remove
 
 int ry_sweep_store_has(const ry_sweep_store *store, int index)
 {
-    static const char *const endings[] = {".txt", ".h5", ".h5.part"};
     int found = 0;
-    for (int k = 0; k < 3 && !found; k++) {
+    for (int k = 0; k < TELLING && !found; k++) {
         char *const name = ry_sweep_store_name(store, index, endings[k], 1);
         found = name != NULL && access(name, F_OK) == 0;
         free(name);
@@ -185,8 +204,7 @@ int ry_sweep_store_has(const ry_sweep_store *store, int index)
 
 void ry_sweep_store_remove(const ry_sweep_store *store, int index)
 {
-    static const char *const endings[] = {".txt", ".h5", ".h5.part", ".h5.part.journal", ".xdmf"};
-    for (int k = 0; k < 5; k++) {
+    for (int k = 0; endings[k] != NULL; k++) {
         char *const name = ry_sweep_store_name(store, index, endings[k], 1);
         if (name != NULL) {
             unlink(name);
@@ -216,8 +234,10 @@ static ry_status make_folder(const ry_sweep_store *store, ry_error *error)
 }
 
 /* The lock file is never written; its bytes are what is locked: one for each shard (all of them for a
- * sweep without shards), one for OUT.h5, then one for each further process of each shard. */
+ * sweep without shards), one for OUT.h5, one for sweep.txt (shared while it holds for somebody, exclusive
+ * while it is compared and written), then one for each further process of each shard. */
 #define TABLE_BYTE ((off_t)1 << 30)
+#define DESCRIPTION_BYTE (TABLE_BYTE + 1)
 #define MOST_RANKS ((off_t)1 << 20)
 
 static off_t rank_byte(int shard, int rank)
@@ -231,6 +251,12 @@ static int try_lock(const ry_sweep_store *store, short type, off_t start, off_t 
 {
     struct flock lock = {.l_type = type, .l_whence = SEEK_SET, .l_start = start, .l_len = length};
     return fcntl(store->lock, F_OFD_SETLK, &lock) == 0 || (errno != EAGAIN && errno != EACCES);
+}
+
+static void wait_for_lock(const ry_sweep_store *store, short type, off_t byte)
+{
+    struct flock lock = {.l_type = type, .l_whence = SEEK_SET, .l_start = byte, .l_len = 1};
+    while (fcntl(store->lock, F_OFD_SETLKW, &lock) != 0 && errno == EINTR) {}
 }
 
 static ry_status open_lock(ry_sweep_store *store, ry_error *error)
@@ -293,10 +319,8 @@ int ry_sweep_store_is_there(const ry_sweep_store *store, int shard, int rank)
 
 ry_status ry_sweep_store_lock_table(ry_sweep_store *store, ry_error *error)
 {
-    struct flock lock = {
-        .l_type = F_WRLCK, .l_whence = SEEK_SET, .l_start = TABLE_BYTE, .l_len = 1};
     RY_TRY(open_lock(store, error));
-    while (fcntl(store->lock, F_OFD_SETLKW, &lock) != 0 && errno == EINTR) {}
+    wait_for_lock(store, F_WRLCK, TABLE_BYTE);
     return RY_OK;
 }
 
@@ -305,6 +329,11 @@ static ry_status describe(const ry_sweep_store *store, const char *description, 
 {
     char *then = NULL;
     int others = 0;
+    if (!try_lock(store, F_WRLCK, DESCRIPTION_BYTE, 1)) {
+        /* Another shard is there, even if it has no case yet. */
+        wait_for_lock(store, F_RDLCK, DESCRIPTION_BYTE);
+        return ry_sweep_store_look(store, description, error);
+    }
     ry_status status = read_description(store, &then, error);
     if (status == RY_OK && anew && !sharded) {
         each_file(store, "case-", 1, &others);
@@ -319,12 +348,14 @@ static ry_status describe(const ry_sweep_store *store, const char *description, 
         free(path);
     }
     free(then);
+    try_lock(store, F_RDLCK, DESCRIPTION_BYTE, 1);
     return status;
 }
 
 ry_status ry_sweep_store_open(ry_sweep_store *store, const char *description, int shard, int shards,
                               int anew, ry_error *error)
 {
+    store->shards = shards;
     RY_TRY(make_folder(store, error));
     RY_TRY(take_lock(store, shard, shards, error));
     return describe(store, description, shards > 0, anew, error);
@@ -332,40 +363,63 @@ ry_status ry_sweep_store_open(ry_sweep_store *store, const char *description, in
 
 /* --- records ------------------------------------------------------------------------------------ */
 
-static void take_line(ry_case_record *r, const char *key, const char *value)
+/* Of the status and the message, which are the first and the last line: both, or the record is cut. */
+enum { HAS_STATUS = 1, HAS_MESSAGE = 2, HAS_ALL = 3 };
+
+/* 0: the value is not whole. */
+static int take_line(ry_case_record *r, const char *key, const char *value, int *has)
 {
+    char *end = NULL;
     if (strcmp(key, "status") == 0) {
-        r->status = (int)strtol(value, NULL, 10);
-        r->known = 1;
+        r->status = (int)strtol(value, &end, 10);
+        *has |= HAS_STATUS;
     } else if (strcmp(key, "q_star") == 0) {
-        r->q_star = strtod(value, NULL);
+        r->q_star = strtod(value, &end);
     } else if (strcmp(key, "q_star_error") == 0) {
-        r->q_star_error = strtod(value, NULL);
+        r->q_star_error = strtod(value, &end);
     } else if (strcmp(key, "autocorrelation_time") == 0) {
-        r->autocorrelation_time = strtod(value, NULL);
+        r->autocorrelation_time = strtod(value, &end);
     } else if (strcmp(key, "equilibration_time") == 0) {
-        r->equilibration_time = strtod(value, NULL);
+        r->equilibration_time = strtod(value, &end);
     } else if (strcmp(key, "samples") == 0) {
-        r->samples = strtoll(value, NULL, 10);
+        r->samples = strtoll(value, &end, 10);
     } else if (strcmp(key, "wall_seconds") == 0) {
-        r->wall_seconds = strtod(value, NULL);
+        r->wall_seconds = strtod(value, &end);
     } else if (strcmp(key, "stopped_early") == 0) {
-        r->stopped_early = (int)strtol(value, NULL, 10);
+        r->stopped_early = (int)strtol(value, &end, 10);
     } else if (strcmp(key, "hash") == 0) {
-        r->hash = strtoull(value, NULL, 16);
+        r->hash = strtoull(value, &end, 16);
     } else if (strcmp(key, "message") == 0) {
         snprintf(r->message, sizeof r->message, "%s", value);
+        *has |= HAS_MESSAGE;
     }
+    return end == NULL || (end > value && *end == '\0');
+}
+
+/* 1: `text`, which this takes apart, is a whole record. */
+static int take_text(ry_case_record *r, char *text)
+{
+    const size_t length = strlen(text);
+    int has = 0, good = length > 0 && text[length - 1] == '\n';
+    for (char *rest = text, *line; good && (line = strsep(&rest, "\n")) != NULL;) {
+        char *const value = strstr(line, " = ");
+        if (value != NULL) {
+            *value = '\0';
+            good = take_line(r, line, value + 3, &has);
+        }
+    }
+    return good && has == HAS_ALL;
 }
 
 ry_status ry_sweep_store_read(const ry_sweep_store *store, int index, ry_case_record *record,
                               ry_error *error)
 {
-    *record = (ry_case_record){.q_star = NAN,
-                               .q_star_error = NAN,
-                               .autocorrelation_time = NAN,
-                               .equilibration_time = NAN,
-                               .wall_seconds = NAN};
+    static const ry_case_record unknown = {.q_star = NAN,
+                                           .q_star_error = NAN,
+                                           .autocorrelation_time = NAN,
+                                           .equilibration_time = NAN,
+                                           .wall_seconds = NAN};
+    *record = unknown;
     char *const path = ry_sweep_store_name(store, index, ".txt", 1);
     char *text = NULL;
     if (path == NULL) {
@@ -375,16 +429,13 @@ ry_status ry_sweep_store_read(const ry_sweep_store *store, int index, ry_case_re
     if (access(path, F_OK) == 0) {
         status = ry_text_read(path, LARGEST_RECORD, "the record of a case", &text, error);
     }
-    for (char *rest = text, *line; rest != NULL && (line = strsep(&rest, "\n")) != NULL;) {
-        char *const value = strstr(line, " = ");
-        if (value != NULL) {
-            *value = '\0';
-            take_line(record, line, value + 3);
-        }
+    record->known = text != NULL && take_text(record, text);
+    if (!record->known) {
+        *record = unknown; /* a case with a damaged record is run again */
     }
     free(text);
     free(path);
-    return status;
+    return status == RY_BAD_INPUT ? RY_OK : status; /* no text at all: damaged as well */
 }
 
 ry_status ry_sweep_store_write(const ry_sweep_store *store, int index, const ry_case_record *r,

@@ -23,7 +23,8 @@ typedef struct ry_sweep_store {
     char *output; /* OUT.h5 */
     char *folder; /* OUT.d */
     int n_cases, digits;
-    int lock; /* descriptor of sweep.txt; -1: none */
+    int shards; /* 0: this is a sweep without */
+    int lock;   /* descriptor of sweep.txt; -1: none */
 } ry_sweep_store;
 
 /* Only makes the names. */
@@ -36,8 +37,9 @@ char *ry_sweep_store_name(const ry_sweep_store *store, int index, const char *en
                           int with_folder);
 
 /* Makes the folder if it isn't there and locks it for `shard` of `shards` (0: for all cases). An old
- * sweep must be described by the same text, line by line, else RY_BAD_INPUT names what differs; but
- * with `anew` and no shards everything of the old one is removed first. */
+ * sweep, and one that another shard has just begun, must be described by the same text, line by line,
+ * else RY_BAD_INPUT names what differs; but with `anew` and no shards everything of the old one is
+ * removed first. */
 ry_status ry_sweep_store_open(ry_sweep_store *store, const char *description, int shard, int shards,
                               int anew, ry_error *error);
 

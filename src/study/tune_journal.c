@@ -9,6 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "base/memory.h"
@@ -40,15 +41,13 @@ static int take_text(ry_tune_journal *j, const char *mark)
     return strncmp(j->text, mark, length) == 0 && j->text[length] == '\n';
 }
 
-static ry_status read_old(ry_tune_journal *j, const char *mark, int resume, int force,
+static ry_status read_old(ry_tune_journal *j, off_t size, const char *mark, int resume, int force,
                           ry_error *error)
 {
-    if (!resume || access(j->path, F_OK) != 0) {
-        if (!force && !resume && access(j->path, F_OK) == 0) {
-            return refuse(
-                j, "is left from a tuning that was stopped; --resume goes on, --force begins anew",
-                error);
-        }
+    if (size > 0 && !force && !resume) {
+        return refuse(j, "is left from a tuning that was stopped; --resume goes on, --force begins anew", error);
+    }
+    if (size == 0 || !resume) {
         j->text = strdup("");
         return j->text != NULL ? RY_OK : ry_no_memory(error, 1);
     }
@@ -63,21 +62,31 @@ static ry_status read_old(ry_tune_journal *j, const char *mark, int resume, int 
     return RY_OK;
 }
 
+/* 1: the lock is ours, and the file is still there: who had it may have removed it at its end. */
+static int take_lock(const ry_tune_journal *j, int fd, struct stat *opened)
+{
+    struct stat named;
+    return (flock(fd, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) && fstat(fd, opened) == 0 &&
+           stat(j->path, &named) == 0 && opened->st_ino == named.st_ino && opened->st_dev == named.st_dev;
+}
+
+/* Reads under the lock, so that no piece of another process that is just ending is missed and cut off. */
 static ry_status begin(ry_tune_journal *j, const char *mark, int resume, int force, ry_error *error)
 {
-    RY_TRY(read_old(j, mark, resume, force, error));
+    struct stat info;
     const int fd = open(j->path, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
     if (fd < 0) {
         return refuse(j, strerror(errno), error);
     }
-    if (flock(fd, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-        close(fd);
-        return refuse(j, "is in use by another process", error);
+    ry_status status = take_lock(j, fd, &info) ? read_old(j, info.st_size, mark, resume, force, error)
+                                               : refuse(j, "is in use by another process", error);
+    if (status == RY_OK && (ftruncate(fd, (off_t)strlen(j->text)) != 0 || lseek(fd, 0, SEEK_END) < 0 ||
+                            (j->file = fdopen(fd, "a")) == NULL)) {
+        status = refuse(j, strerror(errno), error);
     }
-    if (ftruncate(fd, (off_t)strlen(j->text)) != 0 || lseek(fd, 0, SEEK_END) < 0 ||
-        (j->file = fdopen(fd, "a")) == NULL) {
+    if (status != RY_OK) {
         close(fd);
-        return refuse(j, strerror(errno), error);
+        return status;
     }
     if (j->text[0] == '\0' && (fprintf(j->file, "%s\n", mark) < 0 || fflush(j->file) != 0)) {
         return refuse(j, strerror(errno), error);
@@ -150,7 +159,7 @@ ry_status ry_tune_journal_add(ry_tune_journal *journal, const ry_tune_piece *pie
         fprintf(f, " %a", piece->value[k]);
     }
     fprintf(f, "|%s\n", piece->why);
-    if (fflush(f) != 0 || ferror(f)) {
+    if (fflush(f) != 0 || ferror(f) || (fdatasync(fileno(f)) != 0 && errno != EINVAL)) {
         return refuse(journal, "can't be written (disk full?)", error);
     }
     return RY_OK;
