@@ -6,7 +6,7 @@
 What a run has no data for (a dry one has no flow) is left out and said so."""
 from pathlib import Path
 
-from ryusa_result import Result, ResultError, parser, run
+from ryusa_result import UNEXPECTED, Result, ResultError, parser, run
 
 
 def make_all(result, folder):
@@ -30,6 +30,8 @@ def make_all(result, folder):
             made += 1
         except ResultError as error:
             print(f"{path.name}: left out, {error}", flush=True)
+        except UNEXPECTED as error:
+            print(f"{path.name}: left out, the file does not hold what is expected: {error}", flush=True)
     if made == 0:
         raise ResultError(f"{result.path}: nothing in it to draw")
 

@@ -24,7 +24,7 @@ def make(result, path, index=-1):
     index = index if index >= 0 else len(times) + index
     sample = np.unique(np.linspace(0, len(times) - 1, min(len(times), 40)).astype(int))
     box, norm = picture.extent(result, [index]), picture.speed_norm(result, np.append(sample, index))
-    flow = result.fluid_velocity(index) is not None
+    flow = result.has_fluid and result.fluid_velocity(index) is not None
     height = picture.bed_size(box, 4.4, 1.2, 5.5)
     figure = picture.plt.figure(figsize=(6.9 if flow else 5.6, height + 0.6), layout="constrained")
     axes = figure.subplots(1, 2 if flow else 1, sharey=True, gridspec_kw={"width_ratios": [4.4, 1.3]} if flow else None)
@@ -57,9 +57,12 @@ def main():
     arguments.add_argument("-t", "--time", type=float, help="the frame nearest to this time in s (default: the last)")
     given = arguments.parse_args()
     with Result(given.file) as result:
-        index = len(result.frame_times) - 1
+        times, index = result.frame_times, -1
         if given.time is not None:
-            index = int(np.argmin(np.abs(result.frame_times - given.time)))
+            rounding = 1e-9 * abs(times[-1])
+            if not times[0] - rounding <= given.time <= times[-1] + rounding:
+                arguments.error(f"{given.file}: no frame at {given.time:g} s; allowed: {times[0]:g} to {times[-1]:g} s")
+            index = int(np.argmin(np.abs(times - given.time)))
         print(make(result, output_path(result, given.output, "-bed.png"), index))
 
 

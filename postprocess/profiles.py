@@ -36,8 +36,10 @@ def draw_velocity(axes, z, top, profile, fluid, picture):
         axes.plot(grains, z, color=picture.ORANGE, label="grains")
     axes.set_xlabel("velocity (m/s)")
     axes.locator_params(axis="x", nbins=4)
-    axes.set_xlim(right=1.1 * max(line.get_xdata()[np.nanargmax(np.where(z <= top, line.get_xdata(), -np.inf))]
-                                  for line in axes.get_lines()))
+    shown = np.concatenate([line.get_xdata()[z <= top] for line in axes.get_lines()] or [[]])
+    fastest = shown[np.isfinite(shown)].max(initial=0.0)
+    if fastest > 0.0:
+        axes.set_xlim(right=1.1 * fastest)
     legend_above(axes)
 
 

@@ -6,6 +6,7 @@
 The curves are in relations.csv, which is made from the formulas in src/analysis/relations.c. The
 relations hold for three dimensions; q* counts sphere volumes over a slab one mean diameter wide."""
 import csv
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -70,7 +71,7 @@ def draw_results(axes, results, floor, picture):
 
 def make(results, path, keys=None, points=None):
     import picture
-    results = [check(result) for result in results]
+    results = with_flux(results)
     figure, axes = picture.plt.subplots(figsize=(7.0, 4.2), layout="constrained")
     thetas = np.array([result.shields for result in results] + ([] if points is None else list(points[:, 0])))
     means = np.array([result.flux["q_star_mean"] for result in results])
@@ -95,12 +96,19 @@ def make(results, path, keys=None, points=None):
     return picture.save(figure, path)
 
 
-def check(result):
-    if result.shields is None:
-        raise ResultError(f"{result.path}: a run without fluid has no Shields number")
-    if not result.flux:
-        raise ResultError(f"{result.path}: holds no mean flux (/observables/flux) yet")
-    return result
+def with_flux(results):
+    """Those whose q* is known; the others are named."""
+    unknown = []
+    for result in results:
+        if result.shields is None:
+            raise ResultError(f"{result.path}: a run without fluid has no Shields number")
+        if not result.flux:
+            unknown.append(f"{result.path}: q* is not known: no mean flux (/observables/flux), or of no sample")
+    if len(unknown) == len(results):
+        raise ResultError(unknown[0])
+    for line in unknown:
+        print(f"{line}; left out", file=sys.stderr)
+    return [result for result in results if result.flux]
 
 
 def main():

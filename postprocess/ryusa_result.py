@@ -27,6 +27,7 @@ except ImportError as missing:
              "which are for Debian's own python3")
 
 BAD_USAGE, BAD_FILE = 2, 4
+UNEXPECTED = (KeyError, RuntimeError, ValueError, IndexError, TypeError)  # what a file with other contents leads to
 GRAINS = "particles/grains"
 
 Series = namedtuple("Series", "time value unit")
@@ -76,7 +77,12 @@ class Result:
         except OSError:
             raise ResultError(f"{path}: not an HDF5 file, or damaged") from None
         if "h5md" not in file or "parameters" not in file or GRAINS not in file:
+            program = str(_text(file.attrs.get("program", "")))
             file.close()
+            name = program.removeprefix("ryusa ")
+            if name != program and Path(__file__).with_name(f"{name}.py").exists():
+                raise ResultError(f"{path}: the table of a ryusa {name}, not the result of a run; "
+                                  f"postprocess/{name}.py draws it")
             raise ResultError(f"{path}: an HDF5 file, but not a result of ryusa")
         return file
 
@@ -182,10 +188,10 @@ class Result:
 
     @property
     def flux(self):
-        """Mean and error of q* as a dict; empty if they are not written yet."""
+        """Mean and error of q* as a dict; empty if they are not written yet, or rest on no sample."""
         group = self._file.get("observables/flux")
         found = {} if group is None else {key: _text(value) for key, value in group.attrs.items()}
-        return found if np.isfinite(found.get("q_star_mean", np.nan)) else {}
+        return found if np.isfinite(found.get("q_star_mean", np.nan)) and found.get("samples", 1) > 0 else {}
 
     @property
     def profile(self):
@@ -228,12 +234,14 @@ def parser(description, **options):
 
 
 def with_error(value, error):
-    """"2.04 ± 0.04": the error with two digits if it begins with 1, else one, the value as far."""
+    """"2.04 ± 0.04": the error with two digits if it begins with 1, else one, the value as far; "1.6e-10 ± 1.8e-10"."""
     if not (np.isfinite(error) and error > 0.0):
         return f"{value:.4g}"
     digits = int(np.floor(np.log10(error)))
     digits -= error < 1.95 * 10.0 ** digits
     places = max(0, -digits)
+    if places > 5:
+        return f"{value:.2g} ± {error:.2g}"
     return f"{value:.{places}f} ± {error:.{places}f}"
 
 
@@ -254,7 +262,7 @@ def run(main):
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         text = f"{where}{error.strerror or error}"
-    except (KeyError, RuntimeError, ValueError, IndexError, TypeError) as error:
+    except UNEXPECTED as error:
         text = f"the file does not hold what is expected: {error}"
     print(f"{name}: " + " ".join(text.split()), file=sys.stderr)
     sys.exit(BAD_FILE)

@@ -13,11 +13,24 @@ from relations import read_curves
 from ryusa_result import ResultError, parser, run
 
 HIS = {"alpha_m": 20.0, "alpha_cn": 1.3, "beta": 15.8}
-SYMBOL = {"alpha_m": "α$_m$", "alpha_cn": "α$_{cn}$"}
+SYMBOL = {"alpha_m": "α$_m$", "alpha_cn": "α$_{cn}$", "beta": "β"}
 
 
 def text_of(value):
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else str(value)
+
+
+def label_of(key, keys=()):
+    """A constant's symbol, else its name; with its section where two have the same name."""
+    name = key.split(".")[-1]
+    alone = sum(other.split(".")[-1] == name for other in keys) < 2
+    return SYMBOL.get(name, name) if alone else key
+
+
+def legend_above(axes, columns, **style):
+    """Where it hides no data."""
+    axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=columns, borderaxespad=0.2, columnspacing=1.2,
+                handlelength=1.6, **style)
 
 
 class Settling:
@@ -113,21 +126,21 @@ def draw_settling(figure, settling, picture):
     left.set_xlim(left=0.0)
     left.set_xlabel("time (ms); linear up to 20")
     left.set_ylabel("mean height  y$_{gc}$ / d")
-    left.legend(title=SYMBOL[settling.key], fontsize=6.5, title_fontsize=8, ncols=2)
+    legend_above(left, 4, title=SYMBOL[settling.key], fontsize=6.5, title_fontsize=8)
     for name, marker, label in (("settling_time", "o", "to $10^{-4}$ d"), ("settling_time_coarse", "s", "to $10^{-3}$ d")):
         error = np.nan_to_num(getattr(settling, name + "_error"))
         right.errorbar(settling.value, getattr(settling, name), yerr=error, marker=marker, ms=4, lw=0.8, capsize=2,
                        color=picture.BLACK if marker == "o" else picture.GREY, label=label)
     right.axvspan(settling.soonest_low / 1.04, settling.soonest_high * 1.04, color=picture.GREEN, alpha=0.15, lw=0,
                   label="soonest, 95 %" + ("" if settling.clear else ": not identifiable"))
-    right.axvline(settling.ours, color=picture.ORANGE, lw=1.6, label=f"ours {settling.ours:.3g}")
-    right.axvline(HIS[settling.key], color=picture.BLUE, lw=1.6, ls="--", label=f"theirs {HIS[settling.key]:.3g}")
+    right.axvline(settling.ours, color=picture.ORANGE, lw=1.6, zorder=1, label=f"ours {settling.ours:.3g}")
+    right.axvline(HIS[settling.key], color=picture.BLUE, lw=1.6, ls="--", zorder=1,
+                  label=f"theirs {HIS[settling.key]:.3g}")
     right.set_xscale("log")
     right.set_ylim(bottom=0.0)
     right.set_xlabel(SYMBOL[settling.key])
     right.set_ylabel("settling time (s)")
-    right.set_ylim(top=1.45 * right.get_ylim()[1])
-    right.legend(fontsize=7, loc="upper left", frameon=True, framealpha=1.0, edgecolor="none")
+    legend_above(right, 2, fontsize=7)
 
 
 def draw_flux(axes, tuning, picture, sets):
@@ -176,11 +189,10 @@ def draw_misfit(axes, tuning, picture):
     axes.set_ylim(bottom=0.0)
     axes.set_xlabel("β")
     axes.set_ylabel("misfit")
-    axes.set_ylim(top=1.35 * axes.get_ylim()[1])
-    axes.legend(fontsize=7, loc="upper left", frameon=True, framealpha=1.0, edgecolor="none")
+    legend_above(axes, 3, fontsize=7)
 
 
-def draw_profile(axes, key, axis, threshold, picture):
+def draw_profile(axes, key, keys, axis, threshold, picture):
     """The least misfit with this constant fixed, over it."""
     name = key.split(".")[-1]
     axes.set_xscale("log")
@@ -196,13 +208,13 @@ def draw_profile(axes, key, axis, threshold, picture):
     axes.xaxis.set_minor_formatter(picture.plt.NullFormatter())
     axes.set_xlim(low, high)
     axes.set_ylim(0.0, 4.0 * threshold)
-    axes.set_xlabel(SYMBOL.get(name, key))
-    axes.legend(fontsize=7, loc="upper center", frameon=True, framealpha=1.0, edgecolor="none")
+    axes.set_xlabel(label_of(key, keys))
+    legend_above(axes, 1, fontsize=7)
 
 
 def draw_directions(axes, joint, picture):
     """Exponents of each direction, best seen at the top; flat ones pale."""
-    names = [SYMBOL.get(key.split(".")[-1], key.split(".")[-1]) for key in joint.keys]
+    names = [label_of(key, joint.keys) for key in joint.keys]
     n = len(names)
     axes.imshow(joint.power, cmap="RdBu_r", vmin=-1.6, vmax=1.6, aspect="auto")
     for row in range(n):
@@ -223,8 +235,9 @@ def make_joint(tuning, base, picture):
     figure = picture.plt.figure(figsize=(max(2.0 * n, 4.0), 2.9), layout="constrained")
     panels = np.atleast_1d(figure.subplots(1, n, sharey=True))
     for axes, key in zip(panels, joint.keys):
-        draw_profile(axes, key, joint.axis[key], joint.threshold, picture)
+        draw_profile(axes, key, joint.keys, joint.axis[key], joint.threshold, picture)
     panels[0].set_ylabel("misfit over its least; dotted: 95 %")
+    figure.get_layout_engine().set(wspace=0.06)  # or the last tick of a panel meets the first of the next
     made = [picture.save(figure, f"{base}-joint-profiles.png")]
     figure = picture.plt.figure(figsize=(8.6, 3.4), layout="constrained")
     left, right = figure.subplots(1, 2)

@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+import unittest.mock
 from pathlib import Path
 
 try:
@@ -19,6 +20,7 @@ except ImportError as missing:
 
 PROGRAM = os.environ["RYUSA"]
 SOURCE = Path(os.environ.get("SOURCE_DIR", Path(__file__).resolve().parent.parent))
+sys.path.append(str(SOURCE / "postprocess"))
 LAWS = ["energy", "fujioka-2", "fujioka-2-printed", "fujioka-1", "cundall", "cundall-tension", "tanaka"]
 
 
@@ -134,6 +136,23 @@ class Bench(unittest.TestCase):
             three = f["three-spheres/energy/error"][:]
             self.assertTrue((np.diff(three) < 0).all() and three[-1] < 1.6e-4, three)
         self.draws("a.h5")
+
+    def test_laws_of_equal_steps_stand_beside_each_other(self):
+        import bench
+        with h5py.File("made-up", "w", driver="core", backing_store=False) as file:
+            group = file.create_group("flux")
+            group.attrs["error"] = "relative error"
+            for law in LAWS:
+                one = group.create_group(law)
+                one["steps"], one["seconds"], one["error"], one["error_bar"] = [5000.0], [0.05], [0.2], [0.1]
+            with unittest.mock.patch.object(bench, "save", lambda figure, path: figure):
+                figure = bench.accuracy(file, None)
+        figure.canvas.draw()
+        at = [line.get_transform().transform(line.get_xydata())[0, 0] for line in figure.axes[0].get_lines()
+              if line.get_label() in LAWS]
+        self.assertEqual(len(at), len(LAWS))
+        self.assertGreater(np.diff(np.sort(at)).min(), 3.0)
+        bench.plt.close(figure)
 
     def test_speed(self):
         r = self.succeeds("speed", "--quick", "-o", "v.h5")

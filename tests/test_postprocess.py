@@ -14,6 +14,7 @@ import tempfile
 import time
 import unittest
 from pathlib import Path
+from types import SimpleNamespace
 
 try:
     import h5py
@@ -132,6 +133,53 @@ class PostprocessTest(unittest.TestCase):
         self.assertFalse((self.folder / "dry-relations.png").exists())
         self.check_refused(call("relations.py", path), 4)
 
+    def test_no_fluid_no_panel(self):
+        """A dry result has a profile of the fluid, which is 0."""
+        sizes = []
+        for name, fluid in (("still.h5", False), ("flows.h5", True)):
+            path = self.folder / name
+            synthetic_result.write(path, frames=2, fluid=fluid)
+            self.assertEqual(call("bed.py", path).returncode, 0)
+            with Image.open(path.with_name(path.stem + "-bed.png")) as image:
+                sizes.append(image.size[0])
+        self.assertLess(sizes[0], sizes[1])
+
+    def test_no_grain_in_the_profile(self):
+        """All have fallen out of a scene without floor."""
+        path = self.folder / "fallen.h5"
+        synthetic_result.write(path, frames=2)
+        with h5py.File(path, "a") as file:
+            for name, value in (("phi", 0.0), ("u_grain", 0.0), ("tau_grain", 0.0), ("u_fluid", np.nan)):
+                file["observables/profile"][name][...] = value
+        done = call("profiles.py", path)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+
+    def test_all_goes_on(self):
+        path = self.folder / "odd.h5"
+        synthetic_result.write(path, frames=2)
+        with h5py.File(path, "a") as file:
+            del file["observables/profile/phi"]
+            file["observables/profile/phi"] = [0.5, 0.5]
+        done = call("all.py", path)
+        self.assertEqual((done.returncode, done.stderr), (0, ""))
+        self.assertIn("odd-profiles.png: left out, the file does not hold", done.stdout)
+        for ending in ("-flux.png", "-bed.png", "-relations.png", ".gif"):
+            self.check_picture(self.folder / ("odd" + ending), (300, 200))
+
+    def test_flux_not_known(self):
+        """A run that ends before its flow is under way: 0 of no samples, or not a number."""
+        path = self.folder / "unknown.h5"
+        for mean, samples in ((0.0, 0), (float("nan"), 7)):
+            synthetic_result.write(path, frames=2)
+            with h5py.File(path, "a") as file:
+                file["observables/flux"].attrs.update({"q_star_mean": mean, "samples": samples})
+            self.check_refused(call("relations.py", path), 4, "unknown.h5", "not known")
+            done = call("relations.py", path, self.file, "-o", self.folder / "known.png")
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("unknown.h5: q* is not known", done.stderr)
+            done = call("all.py", path)
+            self.assertIn("unknown-relations.png: left out", done.stdout)
+
     def test_no_motion(self):
         """q* = 0 has no place on a logarithmic scale, and no speed range."""
         path = self.folder / "rest.h5"
@@ -162,8 +210,10 @@ class PostprocessTest(unittest.TestCase):
         self.check_picture(self.folder / "few-bed.png")
 
     def test_bed_at_a_time(self):
-        for when in ("0", "3.1", "1e9"):
+        for when in ("0", "3.1", "6"):
             self.assertEqual(call("bed.py", self.file, "-t", when, "-o", self.folder / "t.png").returncode, 0)
+        for when in ("99", "-1", "nan"):
+            self.check_refused(call("bed.py", self.file, "-t", when), 2, "flume.h5", "0 to 6 s")
 
     def test_relations_of_several_files(self):
         other = self.folder / "other.h5"
@@ -231,6 +281,15 @@ class PostprocessTest(unittest.TestCase):
                 with self.subTest(f"{script} {path.name}"):
                     self.check_refused(call(script, path), 4, word)
 
+    def test_tables_are_named(self):
+        path = self.folder / "table.h5"
+        for program, word in (("ryusa sweep", "postprocess/sweep.py"), ("ryusa tune", "postprocess/tune.py"),
+                              ("ryusa threshold", "not a result of ryusa")):
+            with h5py.File(path, "w") as file:
+                file.attrs["program"] = program
+            self.check_refused(call("flux.py", path), 4, "table.h5", word)
+        self.check_refused(call("all.py", path), 4, "table.h5")
+
     def test_lacking_fields(self):
         for script, gone in (("flux.py", "observables/q_star"), ("profiles.py", "observables/profile"),
                              ("bed.py", "particles/grains/position"), ("animate.py", "particles/grains/position"),
@@ -264,8 +323,33 @@ class PostprocessTest(unittest.TestCase):
     def test_rounding(self):
         for value, error, text in ((2.0371, 0.04, "2.04 ± 0.04"), (0.28081, 0.0119, "0.281 ± 0.012"),
                                    (1234.5, 20.0, "1234 ± 20"), (3.0, 0.0, "3"), (3.0, float("nan"), "3"),
-                                   (5.0, 0.0999, "5.00 ± 0.10"), (5.0, 0.0196, "5.00 ± 0.02")):
+                                   (5.0, 0.0999, "5.00 ± 0.10"), (5.0, 0.0196, "5.00 ± 0.02"),
+                                   (1.62e-10, 1.81e-10, "1.6e-10 ± 1.8e-10")):
             self.assertEqual(with_error(value, error), text)
+
+    # --- where words lie in a picture ---
+
+    def test_legends_of_a_tuning_hide_nothing(self):
+        import picture
+        import tune
+        value, time = np.geomspace(10.0, 320.0, 11), np.linspace(0.1, 0.3, 11)
+        settling = SimpleNamespace(
+            key="alpha_m", value=value, settling_time=time, settling_time_error=0.1 * time,
+            settling_time_coarse=0.5 * time, settling_time_coarse_error=0.1 * time, soonest_low=10.0, soonest_high=20.0, ours=40.0, clear=False,
+            curve={k: np.linspace(6.6, 5.5, 50) for k in range(11)}, time=lambda k: 0.005 * np.arange(50))
+        figure = picture.plt.figure(figsize=(8.0, 3.4), layout="constrained")
+        tune.draw_settling(figure, settling, picture)
+        figure.canvas.draw()
+        for axes in figure.axes:
+            legend = axes.get_legend().get_window_extent()
+            self.assertGreaterEqual(legend.y0, axes.bbox.y1)
+            self.assertTrue(figure.bbox.x0 <= legend.x0 and legend.x1 <= figure.bbox.x1, legend)
+        picture.plt.close(figure)
+
+    def test_names_of_constants(self):
+        from tune import label_of
+        keys = ["contact.beta", "contact.friction", "fluid.density", "grains.density"]
+        self.assertEqual([label_of(key, keys) for key in keys], ["β", "friction", "fluid.density", "grains.density"])
 
     # --- the program itself ---
 
