@@ -71,12 +71,13 @@ instructions: setup-check build
 	RY_UPDATE=1 RYUSA=$(abspath $(BUILD))/ryusa SOURCE_DIR=$(CURDIR) BUILD_DIR=$(abspath $(BUILD)) \
 	    $(PYTHON) -B tests/test_instructions.py
 
-SOURCES = $(shell find include src tests -name '*.[ch]')
+# Of C files, the lines that differ from the last commit.
+CHANGED = git clang-format --binary $$(command -v clang-format-14 || command -v clang-format) --extensions c,h HEAD
 format:
-	clang-format-14 -i $(SOURCES)
+	$(CHANGED) --force
 
 lint:
-	clang-format-14 --dry-run --Werror $(SOURCES)
+	@diff=$$($(CHANGED) --diff -q); [ -z "$$diff" ] || { echo "$$diff"; echo "make format would change this"; false; }
 	$(PYTHON) -B tests/test_layers.py
 
 clean:
