@@ -109,18 +109,6 @@ class Cli(unittest.TestCase):
             self.assertNotEqual(*[file["observables/flux"].attrs["q_star_mean"]] * 2)  # not a number
         self.assertRegex(self.run_program("info", "scene.h5").stdout, r"q\* +not known: the run has no samples")
 
-    def test_intervals_that_nothing_divides(self):
-        """Samples are 20 to 125 steps apart, whatever the interval of the frames: 2503 is a prime."""
-        import h5py
-        for interval, frame in (("50.06 ms", 2500), ("2.52 ms", 126), ("2.54 ms", 150), ("2 ms", 100), ("60 us", 3)):
-            r = self.run_program("run", "scene.yaml", "--force", "-s", f"output.interval={interval}", "-s", "time.end=0.06")
-            self.assertEqual(r.returncode, 0, r.stderr)
-            with h5py.File(self.folder / "scene.h5") as file:
-                frames, samples = (np_step[1] - np_step[0] for np_step in
-                                   (file["particles/grains/position/step"][:2], file["observables/q_star/step"][:2]))
-            self.assertEqual(frames, frame)
-            self.assertTrue(samples == frame or 20 <= samples <= 125, samples)
-
     def test_what_lies_where_the_part_goes(self):
         (self.folder / "scene.h5.part").write_text("my notes\n")
         self.refuses(4, "run", "scene.yaml", "--force", says=["scene.h5.part", "not a result"])

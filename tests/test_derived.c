@@ -124,7 +124,8 @@ static void frames_and_samples(void **state)
         int frame, series;
     } cases[] = {{"1e-9", 1, 1},     {"20 us", 1, 1},       {"49 us", 2, 2},
                  {"10 ms", 500, 50}, {"9.98 ms", 499, 499}, {"2 ms", 100, 50},
-                 {"1.5 ms", 75, 75}, {"0.02", 1000, 50},    {"6.4 ms", 320, 40}};
+                 {"1.5 ms", 75, 75}, {"0.02", 1000, 50},    {"6.4 ms", 320, 40},
+                 {"50.06 ms", 2503, 2503}, {"0.10012", 5006, 2503}, {"380 us", 19, 19}};
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         char text[100];
         (void)snprintf(text, sizeof text, BED "output: {interval: %s}\n", cases[i].interval);

@@ -128,33 +128,28 @@ static int nearer_to_50(int a, int b)
     return left < right || (left == right && a < b);
 }
 
-/* The divisor of n nearest to 50. */
+/* The divisor of n nearest to 50, but none below 20 where n is more: 2503 is a prime, and a sample in each step would cost
+ * more than the step. */
 static int series_steps(int n)
 {
-    int best = 1;
+    const int least = n < 20 ? 1 : 20;
+    int best = n;
     for (int i = 1; (long long)i * i <= n; i++) {
         if (n % i == 0) {
-            best = nearer_to_50(i, best) ? i : best;
-            best = nearer_to_50(n / i, best) ? n / i : best;
+            best = i >= least && nearer_to_50(i, best) ? i : best;
+            best = n / i >= least && nearer_to_50(n / i, best) ? n / i : best;
         }
     }
     return best;
 }
 
-/* Steps between frames, and 50 or so between samples, which divide them. Where nothing near divides them (2503 is a
- * prime: a sample each step) they become a multiple of 50. */
-static int frame_steps(double wanted)
-{
-    const int steps = (int)fmin(fmax(wanted, 1.0), INT32_MAX / 2), samples = series_steps(steps);
-    return steps > 125 && (samples < 20 || samples > 125) ? (steps + 25) / 50 * 50 : steps;
-}
-
 static void derive_steps(const ry_config *config, ry_derived *out)
 {
     const double dt = config->time_step;
+    const double frame = round(config->output_interval / dt);
     out->steps_settle = llround(config->time_settle / dt);
     out->steps_end = llround(config->time_end / dt);
-    out->steps_frame = frame_steps(round(config->output_interval / dt));
+    out->steps_frame = (int)fmin(fmax(frame, 1.0), INT32_MAX);
     out->steps_series = series_steps(out->steps_frame);
 }
 
