@@ -128,8 +128,8 @@ static int nearer_to_50(int a, int b)
     return left < right || (left == right && a < b);
 }
 
-/* The divisor of n nearest to 50, but none below 20 where n is more: 2503 is a prime, and a sample in each step would cost
- * more than the step. */
+/* The divisor of n nearest to 50, but none below 20 where n is more: 2503 is a prime, and a sample in each step would
+ * cost more than the step. */
 static int series_steps(int n)
 {
     const int least = n < 20 ? 1 : 20;
