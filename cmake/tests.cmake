@@ -5,7 +5,7 @@
 # of its own that holds the word `ctest:` and what applies of
 #     slow          label slow instead of fast (ctest -L fast leaves it out); the language is a label, too
 #     serial        nothing else runs meanwhile: it measures time
-#     timeout N     seconds, 300 otherwise
+#     timeout N     seconds until it is taken for hanging, 900 otherwise: on a busy machine all take several times longer
 # Exit code 77: skipped; the reason is in the output.
 enable_testing()
 
@@ -29,7 +29,7 @@ function(describe_test name file)
     if(wish MATCHES "slow")
         set(label slow)
     endif()
-    set(timeout 300)
+    set(timeout 900)
     if(wish MATCHES "timeout ([0-9]+)")
         set(timeout ${CMAKE_MATCH_1})
     endif()

@@ -3,7 +3,7 @@
  *
  * Beds of grains: they come to rest and stay there, and a sheared bed takes from the fluid what the
  * fluid loses.
- * ctest: slow timeout 400 */
+ * ctest: slow */
 #include "analysis/relations.h"
 #include "scene_bench.h"
 #include "sim/sim.h"

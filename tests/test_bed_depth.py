@@ -3,7 +3,7 @@
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """fluid.mixing_length duran-moving: what lies deep in a bed at rest must not change the flow above it, so that a bed of
 32 layers has the flux and the flow of one of 8; and the flow sets in over large beads without throwing any (with
-duran, beads of 6 mm fly off at 2000 m/s).    ctest: timeout 120"""
+duran, beads of 6 mm fly off at 2000 m/s)."""
 import math
 import os
 import subprocess

@@ -2,8 +2,7 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * Beds so long that a step goes through them block by block: the same bits as where each pass waits for the one
- * before, for any number of threads and any order in memory.
- * ctest: timeout 200 */
+ * before, for any number of threads and any order in memory. */
 #include "scene_bench.h"
 #include "sim/sim.h"
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 #
-# ctest: slow, timeout 900
+# ctest: slow, timeout 3000
 #
 # The same bits from every build: no optimisation and no OpenMP, all instructions of this machine, another
 # compiler, and a build that checks addresses and undefined behaviour while it runs. For every contact law and

@@ -2,8 +2,7 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * The same bits whatever the number of threads, the reach of the neighbour list, the order in memory,
- * looking on, and stopping and going on; and from one version to the next (golden hashes).
- * ctest: timeout 600 */
+ * looking on, and stopping and going on; and from one version to the next (golden hashes). */
 #include "save_bench.h"
 
 /* ---- golden hashes -------------------------------------------------------------------------------- */

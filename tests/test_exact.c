@@ -2,8 +2,7 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * Sums that do not depend on the order of their terms: the same bits in any order and in any parts, right to the last
- * unit, over all sizes that terms may have.
- * ctest: timeout 30 */
+ * unit, over all sizes that terms may have. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

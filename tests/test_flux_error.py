@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """stop.flux_error: a run ends as soon as q* is known that well and not before stop.after, at the same step
-also when it was interrupted; the mean that it ends with is that of a longer run within the errors.    ctest: timeout 120"""
+also when it was interrupted; the mean that it ends with is that of a longer run within the errors."""
 import math
 import os
 import signal

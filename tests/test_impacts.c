@@ -2,8 +2,7 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * Impacts of two grains in whole simulations: what no law may break. Energy, with that of spin, never
- * rises; momentum and angular momentum about any point, orbit and spin together, are kept.
- * ctest: timeout 120 */
+ * rises; momentum and angular momentum about any point, orbit and spin together, are kept. */
 #include "scene_bench.h"
 
 enum { WITH_GRAIN, WITH_FIXED, WITH_FLOOR, PARTNERS };

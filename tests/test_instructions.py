@@ -13,7 +13,6 @@
 # and shows every machine with AVX2 the same processor, so that the clones for x86-64-v3 run; where they don't,
 # the test skips, too. So each scene has also been computed with other vectors than this machine's: the state has to
 # be the same, bit for bit.
-# ctest: timeout 120
 import csv
 import os
 import platform

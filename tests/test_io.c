@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * The result file: what it holds, going on with it, and what is refused. ctest: timeout 300 */
+ * The result file: what it holds, going on with it, and what is refused. */
 #include "io_run.h"
 
 static void refused(plan *of, ry_status status, const char *word)

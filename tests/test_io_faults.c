@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * The result file of a run that is killed at any moment, or whose disk is full: what was flushed
- * stays readable, and the run that goes on ends with the same file. ctest: slow, timeout 300 */
+ * stays readable, and the run that goes on ends with the same file. ctest: slow */
 #include <sys/mount.h>
 #include <sys/resource.h>
 

@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * The energy ledger, row by row, against closed forms.
- * ctest: timeout 60 */
+ * The energy ledger, row by row, against closed forms. */
 #include "scene_bench.h"
 
 static const double mass_1mm = 2650.0 * 3.14159265358979323846 / 6.0 * 1e-9; /* of a grain of 1 mm */

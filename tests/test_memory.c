@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * Memory that runs out, at each place in its turn: a simulation says so, and can still be asked and freed.
- * ctest: timeout 120 */
+ * Memory that runs out, at each place in its turn: a simulation says so, and can still be asked and freed. */
 #include "scene_bench.h"
 #include "sim/sim.h"
 

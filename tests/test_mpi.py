@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """mpirun ryusa sweep, with real Open MPI: the same table as without it, cases go to whoever is free, and
-what is lost when a case, a process or the whole job is killed: nothing.    ctest: timeout 300"""
+what is lost when a case, a process or the whole job is killed: nothing."""
 import os
 import re
 import shutil

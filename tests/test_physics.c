@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * Whole simulations of few grains against closed forms.
- * ctest: timeout 120 */
+ * Whole simulations of few grains against closed forms. */
 #include "law/drag.h"
 #include "scene_bench.h"
 #include "sim/sim.h"

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 #
-# ctest: slow timeout 600
+# ctest: slow
 """The scripts of postprocess/ on a made-up result, on a short real one, and on files that are no results.
 
 Pictures must exist, have a sensible size and show something; whatever is wrong ends in one line and

@@ -3,7 +3,6 @@
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 #
 # Every scene of params/ runs from the command line, and what it was made to show is seen in its result.
-# ctest: timeout 300
 import os
 import subprocess
 import tempfile

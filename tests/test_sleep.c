@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * contact.sleep: the same bits whatever may not matter, with sleeping on; who sleeps and who wakes.
- * ctest: timeout 300 */
+ * contact.sleep: the same bits whatever may not matter, with sleeping on; who sleeps and who wakes. */
 #include "save_bench.h"
 #include "sleep_bench.h"
 

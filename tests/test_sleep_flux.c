@@ -2,7 +2,7 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * contact.sleep: what it changes. Impacts, the flux, and the stress in the bed are as without.
- * ctest: slow, timeout 300 */
+ * ctest: slow */
 #include "sleep_bench.h"
 
 /* ---- what it changes ----------------------------------------------------------------------------- */

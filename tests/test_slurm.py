@@ -5,7 +5,7 @@
 on free ports of the loopback; nothing of an installed Slurm is touched, and no daemon stays behind. An array
 of two tasks; one is asked to stop, one is requeued by force: both go on, to the table of a plain sweep. One
 that is cancelled stays so.
-ctest: serial, timeout 300"""
+ctest: serial"""
 import ctypes
 import os
 import shutil

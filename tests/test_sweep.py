@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """ryusa sweep: sampling, the table and its links, the same bits however it is run, kills and resume,
-failures, shards, and what is refused.    ctest: timeout 300"""
+failures, shards, and what is refused."""
 import os
 import re
 import signal

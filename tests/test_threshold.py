@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """ryusa threshold on a small bed: brackets, hysteresis the right way round, the same on any number of
-cores, what is refused.    ctest: timeout 300"""
+cores, what is refused."""
 import os
 import re
 import signal

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """ryusa tune: quick tunings and what it leaves, the same bits on any number of threads, stop and resume,
-targets, and what is refused.    ctest: timeout 280"""
+targets, and what is refused."""
 import os
 import signal
 import subprocess

@@ -1,8 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
-#
-# ctest: timeout 600
 """ryusa verify: the quick cases hold, the file has what it must, the pictures can be drawn, slips are refused."""
 import os
 import subprocess

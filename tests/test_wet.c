@@ -2,8 +2,7 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * Contacts in a viscous fluid (contact.wet): e = e_dry exp(-35/St), none below St = 10, for every law. The
- * fluid's drag is taken out of the simulations, so that what the contact leaves can be told from it.
- * ctest: timeout 60 */
+ * fluid's drag is taken out of the simulations, so that what the contact leaves can be told from it. */
 #include "scene_bench.h"
 #include "law/wet.h"
 #include "sim/sim.h"

@@ -101,7 +101,7 @@ struct ry_contact {
     const double *ahead[RY_MOST_AHEAD]; /* arrays of the grains that the passes behind this one go through, asked for
                                            along with its grains: none if these stay in the cache */
     int n_ahead;
-    double most_around; /* fixed grains that one grain may touch, see ry_bond_around; 0: none are so small */
+    double most_around; /* 1.5 x the fixed grains that are so small (ry_bond_around); 0: none, or another law */
     int impacts; /* the law says what an impact loses; else nothing is lost so, or the ledger finds out */
     int explicit_spring; /* normal spring: its kick precedes the drift; all but the laws of Fujioka & Ushijima */
     const double *im; /* inverse masses, walls included: 0 [1/kg] */

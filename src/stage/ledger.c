@@ -4,7 +4,7 @@
 
 #include <math.h>
 
-/* [m/s] */
+/* Of a grain, or of one against another [m/s]. */
 typedef struct ry_velocity {
     double x, z;
 } ry_velocity;
