@@ -97,6 +97,8 @@ static impact collide(law_fn *law, ry_bond q, entry in)
         out.deepest = fmax(out.deepest, t.d);
         t.d += p.shift + (v_i - v_j);
         t.rest = p.rest;
+        t.pushed = p.pushed;
+        t.then = v_i - v_j;
         t.age = fmin(t.age + 1.0, RY_AGE_MAX);
         out.steps++;
     }

@@ -73,6 +73,8 @@ static void test_bounce_energy(void **state)
             t.d +=
                 p.f != 0.0 ? t.w : t.w - 0.5 * g; /* as stage/motion.h drifts what nothing pushes */
             t.rest = p.rest;
+            t.pushed = p.pushed;
+            t.then = t.w;
             t.age += 1.0;
             steps++;
         }

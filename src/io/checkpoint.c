@@ -33,7 +33,7 @@ _Static_assert(sizeof(ry_state) == 2 * sizeof(int64_t) + sizeof(ry_grains) + siz
                                        sizeof(ry_column) + sizeof(ry_ledger) + sizeof(ry_sleepers),
                "the state has a field that no checkpoint holds");
 
-enum { FORMAT = 2 }; /* of checkpoints; 1 had a ledger per grain */
+enum { FORMAT = 3 }; /* of checkpoints; 1 had a ledger per grain, 2 no books of impacts */
 
 /* SCALAR(kind, name in the file, member) */
 #define TOTAL(name, text)                                     \

@@ -5,7 +5,7 @@
  *
  * An impact (a contact in its first RY_IMPACT_STEPS steps, of which one partner has no other contact)
  * follows Fujioka & Ushijima's idea: the loss is booked once, in the closing step, and every later step
- * keeps the energy, so that a free binary impact has its restitution to rounding for any step. Four
+ * keeps the energy, so that a free binary impact has its restitution to rounding for any step. Five
  * things differ from the paper:
  *
  *  - The grains are not shifted. The spring is: it is relaxed at the overlap `rest` instead of 0, so
@@ -19,6 +19,8 @@
  *  - A grain in several impacts at once gives each of them an equal part of its mass (`split`). Each keeps
  *    the energy of its parts, and putting the parts together again, at their mean velocity, can only
  *    lose: with the whole mass in each of them, two impacts would gain up to two thirds.
+ *  - But then the grains have come nearer than the law has reckoned with, or less near, and the spring would hold what
+ *    nobody has paid for. So it is as long as the work that was really done pays for (ry_impact_holds).
  *
  * Friction in an impact is that of rough rigid spheres: it stops the contact point or reaches the Coulomb
  * limit (Walton 1993), whatever the number of steps. A spring would see three of them only.
@@ -91,13 +93,13 @@ RY_INLINE double ry_energy_refine(const ry_touch t, double a, double stretch, do
     return ry_max(ry_min(next, t.g + most), t.g - most);
 }
 
-/* That w'. In the closing step the positive root: keep going in; later, or where the line of centres turns faster than
- * the grains approach, the negative one: turn round, or leave. First with the h of a step without impact; two turns
+/* That w'. Where the spring starts, in the closing step, the positive root: keep going in; later, or where the line of
+ * centres turns faster than the grains approach, the negative one: turn round, or leave. First with the h of a step without impact; two turns
  * more reach rounding up to a tenth of a diameter a step, three up to half of one. */
-RY_INLINE double ry_energy_keep(const ry_energy_share has, const ry_touch t, double a, double per_1a, int is_new)
+RY_INLINE double ry_energy_keep(const ry_energy_share has, const ry_touch t, double a, double per_1a, int starts)
 {
     const double free = t.w + t.g, h = ry_energy_turning(t, free).h;
-    const double sign = (is_new & (free > h)) ? 1.0 : -1.0;
+    const double sign = (starts & (free > h)) ? 1.0 : -1.0;
     const double energy2 = has.motion2 + a * has.stretch * has.stretch;
     const double left = has.stretch - h, b = a * left - t.g;
     const double within = has.motion2 + a * h * (has.stretch + left); /* energy2 - a left^2 */
@@ -119,20 +121,36 @@ RY_INLINE ry_push ry_energy_spring(const ry_bond q, const ry_touch t, double res
     const double whole = joins ? 0.5 * spring : spring;
     const double last = spring * (joins ? stretch : stretch - t.w) / (spring - 2.0 * t.w);
     const double push = stretch + t.w < whole ? last : whole;
-    ry_push p = {.held = -1.0, .rest = rest, .from = RY_IMPACT_STEPS};
+    ry_push p = {.rest = rest, .from = RY_IMPACT_STEPS};
     p.f = ry_min(-(push + q.c * t.w), 0.0);
     p.dashpot = p.f + push;
     return p;
 }
 
-/* A contact that has been one for longer than an impact lasts, its spring relaxed at t.rest or where the grains are: a
- * spring that has let go costs nothing and makes the next squeeze start from there. */
+/* A contact that has become enduring, its spring relaxed at t.rest or where the grains are: a spring that has let go
+ * costs nothing and makes the next squeeze start from there. */
 RY_INLINE ry_push ry_law_energy_enduring(const ry_bond q, const ry_touch t)
 {
-    return ry_energy_spring(q, t, ry_min(t.rest, t.d), t.age <= RY_IMPACT_STEPS);
+    return ry_energy_spring(q, t, ry_min(t.rest, t.d), 0);
 }
 
-/* Any contact. */
+/* Stretch of the spring of a contact that was an impact until now. Of what it was paid rounding leaves something when it
+ * has let go: that is none. */
+RY_INLINE double ry_energy_kept(const ry_bond q, const ry_touch t, double holds)
+{
+    const double stretch = sqrt(ry_max(2.0 * holds / q.a, 0.0));
+    const double paid = holds > 1e-13 * fabs(t.rest) ? stretch : 0.0;
+    return t.pushed != 0.0 ? paid : ry_max(t.d - t.rest, 0.0);
+}
+
+/* What an impact keeps books of; else its spring is as long as the grains have come nearer: of two grains alone that
+ * hardly part, for rounding makes of the little that is left a larger part than of the overlap. */
+RY_INLINE int ry_energy_is_booked(const ry_touch t, double f, double after)
+{
+    return (t.busy > 1.0) | (fabs(after) > 0.1 * fabs(f));
+}
+
+/* A contact in its first steps, or that has been an impact until now. */
 RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
 {
     const int alone = t.crowd <= 1.0;
@@ -140,24 +158,30 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     const double a = q.a * t.split; /* of the parts */
     const double inverse = 1.0 / ((1.0 + a) * t.split);
     const double per_split = (1.0 + a) * inverse, per_1a = t.split * inverse;
-    /* a spring that has let go is relaxed where the grains are: it costs nothing and makes the next
-     * squeeze start from here; likewise that of a contact which is enduring from its first step on, whose
-     * overlap nobody has paid for */
-    const double rest = ((t.age == 0.0) & !alone) ? t.d : ry_min(t.rest, t.d);
+    /* for the overlap of a contact which is enduring from its first step on nobody has paid */
+    const double holds = ry_impact_holds(q.a, t.d, t.rest, t.pushed, t.then);
+    const double kept = ry_energy_kept(q, t, holds) * (t.age > 0.0 ? 1.0 : 0.0);
     const ry_energy_share close = ry_energy_close(q, t, a);
-    const ry_energy_share has = {is_new ? close.stretch : t.d - rest, is_new ? close.motion2 : t.w * t.w, close.lost};
+    const ry_energy_share has = {is_new ? close.stretch : kept, is_new ? close.motion2 : t.w * t.w, close.lost};
 
-    const double after = ry_energy_keep(has, t, a, per_1a, is_new);
-    const int parts = is_new & (t.w <= 0.0); /* passing obliquely, parting already: let them go */
-    const double impact = (has.stretch > 0.0) | is_new ? (after - t.w - t.g) * per_split : 0.0;
+    /* a spring that has let go costs nothing, and starts anew when it is squeezed; grains that pass each other obliquely
+     * and part already are let go */
+    const int starts = is_new | (kept <= 0.0), parts = starts & (t.w <= 0.0);
+    const double after = ry_energy_keep(has, t, a, per_1a, starts);
+    const double impact = parts ? 0.0 : (after - t.w - t.g) * per_split;
+    const double loss = is_new & !parts ? close.lost * per_split : 0.0;
+    const double spring = is_new ? 0.0 : 0.5 * q.a * kept * kept;
 
+    const double rest = ry_max(t.d - (is_new & parts ? 0.0 : has.stretch), 0.0);
+    const double pushed = is_impact & !parts & ry_energy_is_booked(t, impact, after) ? impact - t.g : 0.0;
+    const double used = is_impact ? kept : t.d - rest;
     const ry_push lasting = ry_energy_spring(q, t, rest, t.age > 0.0);
     ry_push p;
-    p.f = parts ? 0.0 : (is_impact ? impact : lasting.f);
+    p.f = is_impact ? impact : lasting.f;
     p.shift = 0.0;
-    p.rest = is_new ? (parts ? t.d : t.d - has.stretch) : rest;
-    p.impact = (is_new & !parts) ? close.lost * per_split : 0.0;
-    p.held = is_impact ? (is_new ? 0.0 : 0.5 * q.a * has.stretch * has.stretch) : -1.0;
+    p.rest = pushed != 0.0 ? spring - loss - 0.5 * (impact + t.g) * t.w : rest;
+    p.pushed = pushed;
+    p.impact = loss + (t.age > 0.0 ? holds - 0.5 * q.a * used * used : 0.0);
     p.rough = is_impact ? per_split : 0.0;
     p.from = is_impact ? 0.0 : lasting.from;
     p.dashpot = is_impact ? 0.0 : lasting.dashpot;

@@ -41,7 +41,7 @@ RY_INLINE double ry_fujioka_rebound_printed(double a, double d, double w)
  * part already (s < 0) are let go: the overlap is thrown away, nothing else. */
 RY_INLINE ry_push ry_fujioka_close(const ry_bond q, const ry_touch t)
 {
-    ry_push p = {.held = -1.0};
+    ry_push p = {0};
     const double scale = q.e * ry_max(t.w, 0.0) / sqrt(t.w * t.w + q.a * t.d * t.d);
     const double w_hat = scale * t.w;
     const double d_hat = scale * t.d;
@@ -58,7 +58,7 @@ RY_INLINE ry_push ry_law_fujioka2(const ry_bond q, const ry_touch t)
     const ry_push close = ry_fujioka_close(q, t);
     const double rebound = ry_fujioka_rebound(q.a, t.d, t.w);
     const int closing = (t.w >= t.d) | (t.age == 0.0);
-    ry_push p = {.held = -1.0};
+    ry_push p = {0};
     p.f = closing ? close.f : rebound - t.w;
     p.shift = closing ? close.shift : 0.0;
     p.impact = closing ? close.impact : 0.0;
@@ -70,7 +70,7 @@ RY_INLINE ry_push ry_law_fujioka2_printed(const ry_bond q, const ry_touch t)
     const ry_push close = ry_fujioka_close(q, t);
     const double rebound = ry_fujioka_rebound_printed(q.a, t.d, t.w);
     const int closing = (t.w >= t.d) | (t.age == 0.0);
-    ry_push p = {.held = -1.0};
+    ry_push p = {0};
     p.f = closing ? close.f : rebound - t.w;
     p.shift = closing ? close.shift : 0.0;
     p.impact = closing ? close.impact : 0.0;
@@ -93,7 +93,7 @@ RY_INLINE ry_push ry_law_fujioka1(const ry_bond q, const ry_touch t)
     const double close = kept > t.d ? -kept : -(q.a * stretch + root) / (1.0 + q.a);
     const double rebound = ry_fujioka_rebound(q.a, stretch, t.w);
     const int lets_go = is_new & (t.w <= 0.0);
-    ry_push p = {.held = -1.0};
+    ry_push p = {0};
     p.f = lets_go ? 0.0 : (closing ? close : rebound) - t.w;
     p.rest = rest;
     p.impact = (closing & !lets_go) ? 0.5 * (1.0 - q.e * q.e) * t.w * t.w : 0.0;

@@ -41,7 +41,7 @@ typedef struct ry_bond {
 /* State of one contact as the law sees it. */
 typedef struct ry_touch {
     double d, w, g;
-    double rest;   /* overlap at which the spring is relaxed [m] */
+    double rest;   /* overlap at which the spring is relaxed [m]; in an impact see ry_impact_holds */
     double age;    /* steps in touch before this one; 0: the contact is new */
     double crowd;  /* contacts in this step of the partner that has fewer of the two; this one counts */
     double split;  /* 1/m_r over the true one, >= 1, of masses shared out over a grain's impacts */
@@ -50,19 +50,31 @@ typedef struct ry_touch {
     double g_across; /* what gravity adds to that, as g [m] */
     double stick;  /* what friction must add to `across` to stop the contact point [m] */
     double mu;     /* Coulomb's */
+    double busy;   /* as crowd, of that which has more */
+    double pushed; /* in an impact, see ry_impact_holds [m] */
+    double then;   /* w along the line of centres of the step before [m] */
 } ry_touch;
 
 typedef struct ry_push {
     double f;      /* added to w [m] */
     double shift;  /* added to d at once [m] */
-    double rest;   /* new value of the contact's rest [m] */
+    double rest;   /* new value of the contact's rest */
+    double pushed; /* and of its pushed */
     double impact; /* energy lost by restitution [m^2] */
-    double held;    /* an impact whose loss the ledger takes from the work that is really done: energy of
-                       the spring before the step [m^2]; -1: `impact` says what is lost */
     double rough;   /* > 0: friction holds without a spring, see ry_tangential */
     double from;    /* age counts from this at least */
     double dashpot; /* the part of f that the dashpot gives [m] */
 } ry_push;
+
+/* What the spring of an impact holds after a step [m^2], of laws that do impacts apart: what was really paid into it. The
+ * work of f (and of g, which the law reckons over the drift w', over the mean) is known when w', the approach after the
+ * step along the line of centres of that step, is there, with all that other contacts have added. Till then `rest` is all
+ * that does not wait for w' [m^2], and `pushed` is f - g [m]. pushed = 0: no such books, it is that of its overlap d. */
+RY_INLINE double ry_impact_holds(double a, double d, double rest, double pushed, double then)
+{
+    const double stretch = d > rest ? d - rest : 0.0;
+    return pushed != 0.0 ? rest - 0.5 * pushed * then : 0.5 * a * stretch * stretch;
+}
 
 RY_INLINE double ry_max(double p, double q)
 {

@@ -14,7 +14,7 @@
  * of the linear spring k. */
 RY_INLINE ry_push ry_law_tanaka(const ry_bond q, const ry_touch t)
 {
-    ry_push p = {.held = -1.0};
+    ry_push p = {0};
     const double root = sqrt(t.d);
     const double spring = q.a * t.d * root;
     p.f = ry_min(-(spring + q.c * sqrt(root) * t.w), 0.0);

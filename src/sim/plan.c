@@ -269,7 +269,7 @@ static void set_flow(ry_plan *plan, const ry_config *config)
         .density = config->fluid_density, .viscosity = config->fluid_viscosity,
         .drag_coefficient = config->fluid_drag_coefficient, .hindrance = config->fluid_hindrance,
         .lift = config->fluid_lift, .roughness = config->fluid_roughness,
-        .level = config->fluid_level, .d = q->d,
+        .gravity = config->domain_gravity, .level = config->fluid_level, .d = q->d,
         .length = q->length > 0.0 ? q->length : q->d, .dt = config->time_step};
 }
 
@@ -349,7 +349,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     set_walls(plan, config);
     ry_motion *const m = &plan->motion;
     m->threads = plan->threads;
-    m->kept = plan->has_sleep || ry_plan_books_impacts(plan, config);
+    m->kept = plan->has_sleep;
     m->pushed = plan->has_fluid || plan->has_ledger || plan->has_profile || plan->has_sleep;
     m->pushes_kept = m->kept || plan->has_profile || !plan->has_fluid; /* without fluid they are made once */
     RY_TRY(ry_motion_create(m, g->n, error));
@@ -369,7 +369,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     b->periodic = config->domain_periodic;
     b->step = config->time_step;
     RY_TRY(ry_neighbor_create(b, g, plan->threads, error));
-    RY_TRY(ry_plan_lay_passes(plan, config, g->n, error));
+    RY_TRY(ry_plan_lay_passes(plan, g->n, error));
     b->blocks = &plan->blocks;
     if (plan->has_sleep) {
         b->still = state->sleepers.asleep;

@@ -36,8 +36,7 @@ enum { RY_MOST_STAGES = 10, RY_TIME_EVERY = 13 };
 
 /* What goes through the bed block by block (stage/blocks.h). */
 enum {
-    RY_PASS_NONE, RY_PASS_CONTACT, RY_PASS_GATHER, RY_PASS_FLUID, RY_PASS_TALLY, RY_PASS_LEDGER, RY_PASS_INTEGRATE,
-    RY_PASSES
+    RY_PASS_NONE, RY_PASS_CONTACT, RY_PASS_GATHER, RY_PASS_FLUID, RY_PASS_TALLY, RY_PASS_INTEGRATE, RY_PASSES
 };
 
 struct ry_plan {
@@ -75,10 +74,7 @@ void ry_plan_outline(ry_plan *plan, const ry_config *config, int sizes_differ);
 
 /* Parts of making it: the step table; the passes over the bed. */
 void ry_plan_lay_table(ry_plan *plan, const ry_config *config);
-ry_status ry_plan_lay_passes(ry_plan *plan, const ry_config *config, int32_t n_grains, ry_error *error);
-
-/* The losses of impacts need a pass of their own. */
-int ry_plan_books_impacts(const ry_plan *plan, const ry_config *config);
+ry_status ry_plan_lay_passes(ry_plan *plan, int32_t n_grains, ry_error *error);
 
 /* One step; timed if asked. */
 ry_status ry_plan_step(ry_plan *plan, ry_state *state, int timed, ry_error *error);

@@ -8,7 +8,6 @@
 
 #include "base/clock.h"
 #include "sim/plan.h"
-#include "stage/ledger.h"
 #include "stage/skin.h"
 
 /* ---- stages before ---------------------------------------------------------------------------- */
@@ -123,19 +122,6 @@ static void run_tally(void *context, int32_t begin, int32_t end, ry_way way, int
     ry_measure_tally(&bed->plan->measure, &bed->plan->motion, begin, end, chunk);
 }
 
-static void run_ledger(void *context, int32_t begin, int32_t end, ry_way way, int chunk)
-{
-    const ry_bed *const bed = context;
-    const ry_plan *const plan = bed->plan;
-    const ry_grains *const g = &bed->state->grains;
-    const ry_pairs *const pairs = &plan->pairs;
-    (void)way;
-    ry_ledger_impacts(&plan->contact, &plan->motion, g, pairs, pairs->row[begin], pairs->row[end], chunk);
-    if (end == g->n) {
-        ry_ledger_impacts(&plan->contact, &plan->motion, g, pairs, pairs->n_inner, pairs->n, pairs->n_chunks);
-    }
-}
-
 static void run_integrate(void *context, int32_t begin, int32_t end, ry_way way, int chunk)
 {
     const ry_bed *const bed = context;
@@ -155,10 +141,10 @@ static void add_pass(ry_plan *plan, ry_pass_fn *run, int around, int any_length,
         (ry_pass){.run = run, .around = around, .any_length = any_length, .seconds = &plan->spent[pass]};
 }
 
-ry_status ry_plan_lay_passes(ry_plan *plan, const ry_config *config, int32_t n_grains, ry_error *error)
+ry_status ry_plan_lay_passes(ry_plan *plan, int32_t n_grains, ry_error *error)
 {
     ry_blocks *const b = &plan->blocks;
-    const int young = plan->contact.young != NULL, impacts = ry_plan_books_impacts(plan, config);
+    const int young = plan->contact.young != NULL;
     *b = (ry_blocks){.threads = plan->threads, .apart = plan->has_sleep || plan->neighbor.n_walls > 0,
                      .push = run_contact, .push_seconds = &plan->spent[RY_PASS_CONTACT]};
     if (young) {
@@ -171,16 +157,8 @@ ry_status ry_plan_lay_passes(ry_plan *plan, const ry_config *config, int32_t n_g
     if (plan->has_profile) {
         add_pass(plan, run_tally, 0, 0, RY_PASS_TALLY);
     }
-    if (impacts) {
-        add_pass(plan, run_ledger, 1, 1, RY_PASS_LEDGER);
-    }
-    add_pass(plan, run_integrate, impacts, 0, RY_PASS_INTEGRATE);
+    add_pass(plan, run_integrate, 0, 0, RY_PASS_INTEGRATE);
     return ry_blocks_create(b, n_grains, error);
-}
-
-int ry_plan_books_impacts(const ry_plan *plan, const ry_config *config)
-{
-    return plan->has_ledger && ry_contact_select_young((int)config->contact_law, RY_CONTACT_LEDGER) != NULL;
 }
 
 static ry_status go_through_bed(ry_plan *plan, ry_state *state, ry_error *error)
@@ -256,9 +234,6 @@ void ry_plan_lay_table(ry_plan *plan, const ry_config *config)
     }
     if (plan->has_profile) {
         add_row(plan, RY_PASS_TALLY, "tally", "contact stress", "impulses", "impulse since the last sample");
-    }
-    if (ry_plan_books_impacts(plan, config)) {
-        add_row(plan, RY_PASS_LEDGER, "ledger", "impacts", "impulses, grains", "their losses");
     }
     add_row(plan, RY_PASS_INTEGRATE, "integrate", "kick, drift", "impulses, gravity + fluid", "velocities, positions");
     if (plan->has_sleep) {

@@ -53,6 +53,15 @@ int ry_contact_in_impact(const ry_contact *c, const ry_pairs *pairs, int32_t p)
     return c->young != NULL && pairs->age[p] <= (int)RY_IMPACT_STEPS;
 }
 
+double ry_contact_held(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs, int32_t p, ry_gap gap)
+{
+    const int32_t i = pairs->i[p], j = pairs->j[p];
+    const double ux = (g->vx[i] - g->vx[j]) * c->dt, uz = (g->vz[i] - g->vz[j]) * c->dt;
+    const double then = ry_contact_then(gap.dx, gap.dz, ux, uz, j < pairs->n_grains);
+    const double a = ry_contact_bond(c, pairs, p).a, overlap = g->radius[i] + g->radius[j] - gap.distance;
+    return ry_impact_holds(a, overlap, pairs->rest[p], pairs->slip[p], then) / ((c->im[i] + c->im[j]) * c->dt * c->dt);
+}
+
 double ry_contact_tangential(const ry_contact *c, const ry_grains *g, const ry_pairs *pairs,
                                 int32_t p, ry_gap gap, double stretch)
 {
@@ -136,9 +145,20 @@ static void book_opening(const ry_contact *c, const ry_grains *g, const ry_pairs
                          const ry_near *near)
 {
     const ry_gap gap = {near->dx[k], near->dz[k], near->distance[k]};
-    const double stretch = ry_contact_bond(c, pairs, p).stretch;
-    const double energy = ry_contact_tangential(c, g, pairs, p, gap, stretch);
-    ry_exact_add(&near->books->loss_opening, c->scale, &energy, 1);
+    if (ry_contact_in_impact(c, pairs, p)) {
+        const double energy = ry_contact_held(c, g, pairs, p, gap);
+        ry_exact_add(&near->books->loss_impact, c->scale, &energy, 1);
+    } else {
+        const double stretch = ry_contact_bond(c, pairs, p).stretch;
+        const double energy = ry_contact_tangential(c, g, pairs, p, gap, stretch);
+        ry_exact_add(&near->books->loss_opening, c->scale, &energy, 1);
+    }
+}
+
+/* A contact may hold energy when it has parted. */
+static int holds_energy(const ry_contact *c)
+{
+    return (c->features & RY_CONTACT_FRICTION) != 0 || c->young != NULL;
 }
 
 /* Books what the contacts that have opened still hold. */
@@ -172,17 +192,17 @@ static void book_losses(const ry_contact *c, const ry_near *near, int impacts)
     }
 }
 
-/* One of eight ages is 1 to RY_IMPACT_STEPS, which is 4: in one word, of which each byte is looked at for itself. */
+/* One of eight ages is 1 to RY_IMPACT_STEPS + 1, which is 5: in one word, of which each byte is looked at for itself. */
 RY_INLINE int any_young(const uint8_t *age)
 {
     const uint64_t ages = eight_bytes(age);
     const uint64_t ones = UINT64_C(0x0101010101010101);
-    const uint64_t old = ((ages & 0x7f * ones) + 0x7b * ones) | ages; /* top bit of a byte: 5 and more */
+    const uint64_t old = ((ages & 0x7f * ones) + 0x7a * ones) | ages; /* top bit of a byte: 6 and more */
     const uint64_t some = (ages | (ages >> 1) | (ages >> 2)) << 7;    /* top bit: 1 to 7, and others */
     return (~old & some & 0x80 * ones) != 0;
 }
 
-/* Appends the contacts of a block that are in their first steps to `young`; returns how many they are. */
+/* Appends the contacts of a block that are in their first steps, or were until now, to `young`; returns how many. */
 static int32_t list_young(const uint8_t *age, int32_t first, int32_t n, int32_t *young)
 {
     int32_t found = 0, k = 0;
@@ -192,7 +212,7 @@ static int32_t list_young(const uint8_t *age, int32_t first, int32_t n, int32_t 
             continue;
         }
         young[found] = first + k;
-        found += (uint8_t)(age[k] - 1) < (int)RY_IMPACT_STEPS;
+        found += (uint8_t)(age[k] - 1) < (int)RY_IMPACT_STEPS + 1;
     }
     return found;
 }
@@ -240,7 +260,7 @@ void ry_contact_push(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, i
         ask_for_memory(pairs, first, end);
     }
     const int whole = fetch_block(c, g, pairs, first, end - first, &near);
-    if (near.opens && (c->features & RY_CONTACT_LEDGER) && (c->features & RY_CONTACT_FRICTION)) {
+    if (near.opens && (c->features & RY_CONTACT_LEDGER) && holds_energy(c)) {
         book_openings(c, g, pairs, first, &near);
     }
     if (c->film.on) {
@@ -296,11 +316,6 @@ static ry_crowd crowd_of(const ry_contact *c, const ry_pairs *pairs, int32_t k)
     return crowd;
 }
 
-int ry_contact_rests(const ry_contact *c, const ry_pairs *pairs, int32_t i)
-{
-    return c->im[i] == 0.0 || ry_contact_count(c, pairs, i) > 1;
-}
-
 int ry_contact_count(const ry_contact *c, const ry_pairs *pairs, int32_t k)
 {
     return crowd_of(c, pairs, k).all + (c->frozen != NULL && k < pairs->n_grains ? c->frozen[k] : 0);
@@ -311,13 +326,14 @@ RY_INLINE void crowds(const ry_contact *c, const ry_pairs *pairs, const int32_t 
 {
     for (int32_t k = 0; k < near->n_padded; k++) {
         const int32_t ends[2] = {near->i[k], near->j[k]};
-        double crowd = INFINITY, share = 0.0, side = 0.0;
+        double crowd = INFINITY, busy = 0.0, share = 0.0, side = 0.0;
         for (int e = 0; e < 2; e++) {
             const double im = c->im[ends[e]];
             if (im > 0.0) {
                 ry_crowd here = crowd_of(c, pairs, ends[e]);
                 here.all += frozen != NULL ? frozen[ends[e]] : 0;
                 crowd = ry_min(crowd, here.all);
+                busy = ry_max(busy, here.all);
                 share += here.young * im;
                 side += here.all > 1 ? (e == 0 ? 1.0 : -1.0) : 0.0;
             } else {
@@ -325,6 +341,7 @@ RY_INLINE void crowds(const ry_contact *c, const ry_pairs *pairs, const int32_t 
             }
         }
         near->crowd[k] = crowd;
+        near->busy[k] = busy;
         near->share[k] = share;
         near->bend[k] = near->j[k] < pairs->n_grains ? 1.0 / near->distance[k] : 0.0;
         near->side[k] = side;
@@ -363,8 +380,7 @@ void ry_contact_push_young(const ry_contact *c, const ry_grains *g, ry_pairs *pa
         }
         put_list(c, pairs, chunk, &near);
         if (c->features & RY_CONTACT_LEDGER) {
-            memcpy(pairs->young_jn + from + at, near.jn, (size_t)count * sizeof *near.jn);
-            memcpy(pairs->young_en + from + at, near.en, (size_t)count * sizeof *near.en);
+            ry_exact_add(&near.books->loss_impact, c->scale, near.lost[RY_LOST_IMPACT], count);
         }
     }
 }
@@ -439,17 +455,21 @@ void ry_contact_end(const ry_contact *c, ry_pairs *pairs)
 /* ---- the books ------------------------------------------------------------------------------ */
 
 /* Contacts that have parted hold nothing any more. */
-static void forget_parted(const ry_near *near, double *slip)
+static void forget_parted(const ry_near *near, double *slip, double *rest)
 {
     for (int32_t k = 0; k < near->n; k++) {
-        slip[k] = near->distance[k] < near->radii[k] ? slip[k] : 0.0;
+        const int touches = near->distance[k] < near->radii[k];
+        slip[k] = touches ? slip[k] : 0.0;
+        if (rest != NULL) {
+            rest[k] = touches ? rest[k] : 0.0;
+        }
     }
 }
 
 static void close_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs, int32_t first, int32_t end,
                         int32_t chunk, int parted)
 {
-    const int holds = parted && (c->features & RY_CONTACT_FRICTION);
+    const int holds = parted && holds_energy(c);
     ry_near near;
     near.books = books_of(c, chunk);
     for (int32_t p = first; p < end; p += RY_CONTACT_BLOCK) {
@@ -459,7 +479,7 @@ static void close_range(const ry_contact *c, const ry_grains *g, ry_pairs *pairs
         book_losses(c, &near, 0);
         if (holds && near.opens) {
             book_openings(c, g, pairs, p, &near);
-            forget_parted(&near, pairs->slip + p);
+            forget_parted(&near, pairs->slip + p, pairs->rest != NULL ? pairs->rest + p : NULL);
         }
         for (int32_t k = p; k < p + n; k++) {
             pairs->t_jn[k] = pairs->t_jt[k] = pairs->t_dashpot[k] = pairs->t_sliding[k] = 0.0;

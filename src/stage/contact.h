@@ -17,7 +17,7 @@
 enum {
     RY_CONTACT_FRICTION = 1, /* tangential force */
     RY_CONTACT_SIZES = 2,    /* grains of different mass: coefficients are made per pair */
-    RY_CONTACT_LEDGER = 4,   /* losses are booked, those of impacts by stage/ledger.c */
+    RY_CONTACT_LEDGER = 4,   /* losses are booked */
     RY_CONTACT_KEPT = 8,     /* which are kept (ry_pairs): with SIZES only */
     RY_CONTACT_STAMPS = 16
 };
@@ -43,9 +43,10 @@ typedef struct ry_near {
     double radii[RY_CONTACT_BLOCK], turn[RY_CONTACT_BLOCK]; /* sums of r [m], of spin x r [m/s] */
     double im[RY_CONTACT_BLOCK], tm[RY_CONTACT_BLOCK]; /* sums of the inverse masses [1/kg] */
     double per_all[RY_CONTACT_BLOCK]; /* 1/(distance im tm radii), one division for four */
-    /* of young contacts: two as in ry_touch; side: 1 if the owner rests (ry_contact_rests) less 1 if the partner does;
-     * share: the sum of inverse mass x young contacts of both grains [1/kg] */
-    double crowd[RY_CONTACT_BLOCK], bend[RY_CONTACT_BLOCK], side[RY_CONTACT_BLOCK], share[RY_CONTACT_BLOCK];
+    /* of young contacts: three as in ry_touch; side: 1 if the owner rests (can't move, or has other contacts) less 1 if
+     * the partner does; share: the sum of inverse mass x young contacts of both grains [1/kg] */
+    double crowd[RY_CONTACT_BLOCK], busy[RY_CONTACT_BLOCK], bend[RY_CONTACT_BLOCK];
+    double side[RY_CONTACT_BLOCK], share[RY_CONTACT_BLOCK];
     /* in and out: */
     double age[RY_CONTACT_BLOCK];
     double *slip, *rest, *wet; /* those of ry_pairs themselves, or copies in `spare` */
@@ -57,7 +58,6 @@ typedef struct ry_near {
     _Alignas(RY_ALIGNMENT) double px[RY_CONTACT_BLOCK], pz[RY_CONTACT_BLOCK]; /* a slot of ry_pairs */
     double pt[RY_CONTACT_BLOCK], mark[RY_CONTACT_BLOCK];
     double sx[RY_CONTACT_BLOCK], sz[RY_CONTACT_BLOCK]; /* as in ry_pairs */
-    double jn[RY_CONTACT_BLOCK], en[RY_CONTACT_BLOCK]; /* of young contacts, as in ry_pairs; with ledger */
     _Alignas(RY_ALIGNMENT) double lost[RY_LOST][RY_CONTACT_BLOCK]; /* [J] */
     ry_ledger *books; /* to which it is added */
 #define RY_TOUCH_NEAR(name, unit, text) double *t_##name; /* as slip */
@@ -102,7 +102,7 @@ struct ry_contact {
                                            along with its grains: none if these stay in the cache */
     int n_ahead;
     double most_around; /* 1.5 x the fixed grains that are so small (ry_bond_around); 0: none, or another law */
-    int impacts; /* the law says what an impact loses; else nothing is lost so, or the ledger finds out */
+    int impacts; /* the law has impacts, and does them with all other contacts */
     int explicit_spring; /* normal spring: its kick precedes the drift; all but the laws of Fujioka & Ushijima */
     const double *im; /* inverse masses, walls included: 0 [1/kg] */
     const double *tm_grain; /* im + r^2/I [1/kg] */
@@ -159,6 +159,14 @@ typedef struct ry_contact_sums {
     double elastic_normal, elastic_tangential; /* [J] */
     int64_t touching;
 } ry_contact_sums;
+/* Approach along the line of centres of the step before, which the grains have left by u since: u approach, d from the
+ * owner to its partner. That of a wall does not turn. */
+RY_INLINE double ry_contact_then(double dx, double dz, double ux, double uz, int turns)
+{
+    const double x = turns ? dx + ux : dx, z = turns ? dz + uz : dz;
+    return (ux * x + uz * z) / sqrt(x * x + z * z);
+}
+
 /* From the owner of a pair to its partner; signed distance for a wall [m]. */
 typedef struct ry_gap {
     double dx, dz, distance;
@@ -167,13 +175,14 @@ typedef struct ry_gap {
 /* Coefficients of a pair. */
 ry_bond ry_contact_bond(const ry_contact *contact, const ry_pairs *pairs, int32_t pair);
 
-/* Grain i (or a wall) can't move or has more contacts than one in this step. */
-int ry_contact_rests(const ry_contact *contact, const ry_pairs *pairs, int32_t i);
-
 /* The contact is an impact, with its own ways; all else is an explicit spring. Energy of its tangential spring [J]. */
 int ry_contact_in_impact(const ry_contact *contact, const ry_pairs *pairs, int32_t pair);
 double ry_contact_tangential(const ry_contact *contact, const ry_grains *grains, const ry_pairs *pairs, int32_t pair,
                              ry_gap gap, double stretch);
+
+/* Of an impact: energy of its spring [J], see ry_impact_holds. */
+double ry_contact_held(const ry_contact *contact, const ry_grains *grains, const ry_pairs *pairs, int32_t pair,
+                       ry_gap gap);
 
 /* Contacts of grain k in this step. */
 int ry_contact_count(const ry_contact *contact, const ry_pairs *pairs, int32_t k);

@@ -53,8 +53,12 @@ RY_INLINE void find_energies(const ry_contact *c, ry_batch *b, const int kept, c
         const double stretch = ry_max(radii - distance - near->rest[k], 0.0);
         const double root = hertz ? sqrt(stretch) : 1.0, power = hertz ? 0.4 : 0.5;
         const double closing = -(near->dvx[k] * near->dx[k] + near->dvz[k] * near->dz[k]) / distance * dt;
-        const double half = impacts ? 0.0 : explicit_half * closing;
-        b->normal[k] = q.a * root * stretch * (power * stretch - half) / (ims * dt * dt);
+        const double half = explicit_half * closing;
+        const double ux = -near->dvx[k] * dt, uz = -near->dvz[k] * dt;
+        const double then = ry_contact_then(near->dx[k], near->dz[k], ux, uz, near->bend[k] > 0.0);
+        const double paid = ry_impact_holds(q.a, radii - distance, near->rest[k], near->slip[k], then);
+        const double spring = q.a * root * stretch * (power * stretch - half);
+        b->normal[k] = (impacts ? paid : spring) / (ims * dt * dt);
 
         const double nx = near->dx[k] / distance, nz = near->dz[k] / distance, lever = distance / radii;
         const double run = (near->dvz[k] * nx - near->dvx[k] * nz + near->turn[k] * lever) * dt;
@@ -97,6 +101,7 @@ static void fetch_batch(const ry_contact *c, const ry_grains *g, const ry_pairs 
         near->rest[k] = pairs->rest != NULL ? pairs->rest[p] : 0.0;
         b->a[k] = kept ? pairs->b_a[p] : 0.0;
         b->stretch[k] = kept ? pairs->b_stretch[p] : 0.0;
+        near->bend[k] = near->j[k] < g->n; /* whether its line of centres turns */
     }
     ry_contact_fetch_geometry(c, g, near);
 }

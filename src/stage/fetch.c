@@ -51,7 +51,7 @@ RY_INLINE void find_distances(const ry_contact *c, ry_near *near)
         near->distance[k] = distance;
         near->per_all[k] = 1.0 / (distance * near->im[k] * near->tm[k] * near->radii[k]);
         opens |= !touches & (age != 0.0);
-        young |= touches & (age < RY_IMPACT_STEPS);
+        young |= touches & (age <= RY_IMPACT_STEPS);
     }
     near->opens = opens;
     near->young = young;
@@ -124,7 +124,7 @@ RY_WIDE static inline void fetch_wide(const ry_contact *c, ry_near *near, const 
         const __m512d age = _mm512_loadu_pd(near->age + k);
         const __mmask8 touches = _mm512_cmp_pd_mask(distance, row[RY_BODY_R], _CMP_LT_OQ);
         opens |= (__mmask8)~touches & _mm512_cmp_pd_mask(age, _mm512_setzero_pd(), _CMP_NEQ_UQ);
-        young |= touches & _mm512_cmp_pd_mask(age, _mm512_set1_pd(RY_IMPACT_STEPS), _CMP_LT_OQ);
+        young |= touches & _mm512_cmp_pd_mask(age, _mm512_set1_pd(RY_IMPACT_STEPS), _CMP_LE_OQ);
         row[RY_BODY_X] = dx;
         for (int32_t m = 0; m < RY_BODY; m++) {
             _mm512_storeu_pd(to[m] + k, row[m]);

@@ -339,7 +339,7 @@ static void average_phi(const ry_flow *f, ry_column *c, int64_t step)
 {
     const double *const volume = ry_column_sums(f, f->at_once, RY_SUM_VOLUME);
     const double per_cell = 1.0 / (f->length * f->d * c->dz);
-    const double speed = sqrt(f->tau / f->density) + 1e-3 * sqrt(f->d);
+    const double speed = sqrt(f->tau / f->density) + 3.2e-4 * sqrt(f->gravity * f->d);
     const double weight = step < f->advance ? 1.0 : f->advance * f->dt * speed / (5.0 * f->d);
     const double part = weight < 1.0 ? weight : 1.0;
     for (int32_t k = 0; k < c->nz; k++) {

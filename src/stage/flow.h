@@ -52,6 +52,7 @@ typedef struct ry_flow {
     double tau, tau_start;       /* bed shear stress, and while it starts [Pa] */
     double density, viscosity;   /* [kg/m^3], kinematic [m^2/s] */
     double drag_coefficient, hindrance, lift, roughness;
+    double gravity;              /* [m/s^2] */
     double level;                /* where the log profile begins; NAN: at the bed level [m] */
     double d, length, dt;        /* mean diameter = slab width; domain; step [m, m, s] */
     int32_t nz;                  /* cells of the column, and their height [m] */

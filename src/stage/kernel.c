@@ -13,8 +13,8 @@
 typedef ry_push ry_law_fn(const ry_bond q, const ry_touch t);
 
 /* Which of the touching pairs a stamp is for. Laws that tell impacts from enduring contacts do the enduring
- * ones first; the young ones then know how crowded their grains are. CLOSING moves nothing: it books what the
- * last step has left. */
+ * ones first; the young ones, which are impacts or have been until now, then know how crowded their grains are. CLOSING
+ * moves nothing: it books what the last step has left. */
 enum { EVERY, ENDURING, YOUNG, CLOSING };
 
 RY_INLINE ry_bond pick_bond(const ry_bond pair, const ry_bond lone, int alone)
@@ -60,8 +60,7 @@ RY_INLINE ry_ageing age_contact(const int which, double age, const ry_push p, in
     ry_ageing after = {next, 0.0};
     if (which == ENDURING) {
         const double more = ry_min(next, RY_AGE_MAX - 1.0);
-        const double later = age < RY_AGE_MAX ? more : start;
-        const double lasting = age < first ? start : later;
+        const double lasting = age < RY_AGE_MAX ? more : ry_min(start + 1.0, RY_AGE_MAX); /* no age of the young */
         const double was = age < RY_AGE_MAX ? 1.0 : 0.0, held = age < first ? 0.0 : was;
         const double will = lasting < RY_AGE_MAX ? 1.0 : 0.0;
         after.age = mine ? lasting : next;
@@ -144,7 +143,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const double ux = near->dvx[k] * back, uz = near->dvz[k] * back;
         const double slip_before = slips[k];
         const int touches = distance < sum;
-        const int mine = which == ENDURING ? touches & (near->age[k] >= RY_IMPACT_STEPS) : touches;
+        const int mine = which == ENDURING ? touches & (near->age[k] > RY_IMPACT_STEPS) : touches;
         const double tms = near->tm[k], per_all = near->per_all[k]; /* one division for four */
         const double inverse = ims * tms * sum * per_all;
         const double nx = near->dx[k] * inverse, nz = near->dz[k] * inverse;
@@ -163,16 +162,20 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         if (which == YOUNG) {
             t.g = coef.g_dt2 * nz * near->side[k];
             t.crowd = near->crowd[k];
+            t.busy = near->busy[k];
             t.split = near->share[k] * (dt * per_ims);
             t.bend = near->bend[k];
             t.across = across;
             t.g_across = -coef.g_dt2 * nx * near->side[k];
             t.stick = -w_t * ims * (dt * per_tms);
             t.mu = features & RY_CONTACT_FRICTION ? coef.friction : 0.0;
+            t.pushed = t.age > 0.0 ? slip_before : 0.0;
+            t.then = ry_contact_then(near->dx[k], near->dz[k], ux, uz, t.bend > 0.0);
         }
         const ry_push p = law(bond, t);
         const double normal = p.f * per_ims;
         double px = normal * nx, pz = normal * nz, pt = 0.0;
+        double slip_after = 0.0;
         ry_loss now = {0.0, 0.0};
         if ((features & RY_CONTACT_LEDGER) && which != YOUNG) {
             book_left(near, k, (ry_place){ux, uz, nx, nz, lever}, slip_before, dt, features);
@@ -186,7 +189,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             pz -= along * nx;
             pt = along * lever;
             across += s.f * ims * (dt * per_tms);
-            slips[k] = mine ? s.slip : (touches ? slip_before : 0.0);
+            slip_after = mine ? s.slip : (touches ? slip_before : 0.0);
             if (features & RY_CONTACT_LEDGER) {
                 const double kt = p.rough > 0.0 ? 0.0 : bond.stretch * per_tms * per_dt;
                 const double damped = p.rough > 0.0 ? along : -bond.drag * w_t * per_tms;
@@ -205,16 +208,19 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             near->sx[k] = mine ? p.shift * nx * (dt * per_ims) : 0.0;
             near->sz[k] = mine ? p.shift * nz * (dt * per_ims) : 0.0;
         }
+        if (which == YOUNG) { /* an impact has no such spring */
+            slip_after = p.rough > 0.0 ? p.pushed : slip_after;
+        }
+        if (which == YOUNG || (features & RY_CONTACT_FRICTION)) {
+            slips[k] = slip_after;
+        }
         if (features & RY_CONTACT_LEDGER) {
             const double jn = mine ? p.dashpot * per_ims : 0.0;
             t_nx[k] = mine ? nx : 0.0; /* 0 x not a number of pairs that fill the list up would stay */
             t_nz[k] = mine ? nz : 0.0;
             t_jn[k] = jn;
             now.dashpot += -half_per_dt * jn * t.w;
-            if (which == YOUNG) { /* the ledger takes its loss from the work that is really done */
-                near->jn[k] = normal;
-                near->en[k] = p.held >= 0.0 ? p.held * per_ims * per_dt : -1.0;
-            } else if (which == EVERY) {
+            if (which != ENDURING) {
                 lost[RY_LOST_IMPACT][k] = mine ? p.impact * per_ims * per_dt : 0.0;
             }
             t_dashpot[k] = mine ? now.dashpot : 0.0;

@@ -82,10 +82,6 @@ ry_status ry_pairs_reserve(ry_pairs *pairs, size_t n, ry_error *error)
         RY_BOND_FIELDS(RY_BOND_MAKE)
     }
 #undef RY_BOND_MAKE
-    if (pairs->t_nx != NULL && pairs->young != NULL) {
-        RY_TRY(make(&pairs->young_jn, room, sizeof(double), error));
-        RY_TRY(make(&pairs->young_en, room, sizeof(double), error));
-    }
     if (pairs->young != NULL) {
         RY_TRY(make(&pairs->young, room, sizeof *pairs->young, error));
         RY_TRY(make(&pairs->young_age, room, sizeof *pairs->young_age, error));
@@ -158,7 +154,7 @@ void ry_pairs_free(ry_pairs *pairs)
                             pairs->rest,  pairs->age,   pairs->slot,  pairs->sx,       pairs->sz,
                             pairs->row,   pairs->below, pairs->chunk, pairs->young, pairs->n_young, pairs->young_age,
                             pairs->young_next, pairs->shelf,
-                            pairs->below_start, pairs->wet, pairs->young_jn, pairs->young_en};
+                            pairs->below_start, pairs->wet};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }

@@ -64,13 +64,12 @@ typedef struct ry_pairs {
     int32_t *below;       /* n_inner: the slots in which a grain is the partner, ascending owner id */
     int32_t *wall_slot[RY_MAX_WALLS]; /* n_grains each: slot of the grain's pair with the wall, or -1 */
 
-    int32_t *young;       /* n: of each chunk, from its start, the contacts in their first steps; the walls' last; NULL,
+    int32_t *young;       /* n: of each chunk, from its start, the contacts in their first steps, and those that were until
+                             now; the walls' last; NULL,
                              as young_…, unless the law does those apart */
     uint8_t *young_age;   /* what their ages become when all of them are done */
     int32_t *n_young;     /* n_chunks + 1: how many; the last for the walls */
     int32_t *young_next;  /* n_chunks + 1: the next of them that a pass will ask for, as a rule */
-    double *young_jn, *young_en; /* of a young one in an impact: impulse [N s], energy of its spring before the
-                                    step [J], -1: not in such an impact; NULL without ledger, too */
     /* What the ledger still has to book of the last step, when the velocities after it are known; NULL without
      * ledger. */
 #define RY_TOUCH_FIELDS(RY_TOUCH_FIELD)                                                              \

@@ -50,8 +50,10 @@ typedef uint8_t ry_steps;
 #define RY_CONTACT_FIELDS(RY_CONTACT_FIELD)                                                     \
     RY_CONTACT_FIELD(int32_t, id_i, "1", "lower id")                                            \
     RY_CONTACT_FIELD(int32_t, id_j, "1", "higher id; n + w for wall w")                         \
-    RY_CONTACT_FIELD(double, slip, "m", "stretch of the tangential spring")                     \
-    RY_CONTACT_FIELD(double, rest, "m", "overlap at which the normal spring is relaxed")        \
+    RY_CONTACT_FIELD(double, slip, "m", "stretch of the tangential spring; law energy, in an impact (age 1 to 4): " \
+                     "p, what it adds to the approach of a step, less gravity's part")          \
+    RY_CONTACT_FIELD(double, rest, "m", "overlap at which the normal spring is relaxed; in an impact with p other " \
+                     "than 0: E [m^2], its spring holds E - p w/2, w the approach of the last step, per m_r/dt^2") \
     RY_CONTACT_FIELD(ry_steps, age, "1", "steps since the contact closed, up to 255; law energy: 5 to 254 from the step on in which it " \
                      "became enduring, 255: enduring, but has not pushed yet")
 
