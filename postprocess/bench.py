@@ -14,12 +14,13 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 from picture import AMBER, BLACK, BLUE, GREEN, GREY, ORANGE, PINK, SKY, plt, save
 
-LAWS = ["energy", "fujioka-2", "fujioka-2-printed", "fujioka-1", "cundall", "cundall-tension", "tanaka"]
+# In the order of the pictures; a law that is not here comes last.
 LAW_STYLE = {
     "energy": (BLUE, "o", "-"), "fujioka-2": (GREEN, "s", "-"), "fujioka-2-printed": (GREEN, "s", ":"),
     "fujioka-1": (PINK, "^", "-"), "cundall": (ORANGE, "v", "-"), "cundall-tension": (ORANGE, "v", ":"),
     "tanaka": (AMBER, "D", "-"),
 }
+OTHER_STYLE = (BLACK, "x", "-")
 # Refused is blank; from quiet (light blue) over jitter and leaks to gains (orange) and explosions (black).
 CLASS_COLOR = {
     "refused": "#FFFFFF", "quiet": "#D6E9F5", "settles": SKY, "jitters": "#F3E3A0", "leaks": GREEN,
@@ -33,6 +34,12 @@ def text_of(value):
 
 def texts(dataset):
     return [text_of(v) for v in dataset[:]]
+
+
+def laws_of(group):
+    order = list(LAW_STYLE)
+    there = [name for name, one in group.items() if isinstance(one, h5py.Group)]
+    return sorted(there, key=lambda law: order.index(law) if law in order else len(order))
 
 
 def draw_map(axes, group, law, words):
@@ -53,7 +60,7 @@ def draw_map(axes, group, law, words):
 def stability(file, path):
     words = texts(file["class/word"])
     maps = [m for m in ("alpha_cn", "beta", "impact", "sizes") if m in file]
-    laws = [law for law in LAWS if law in file[maps[0]]]
+    laws = laws_of(file[maps[0]])
     figure, axes = plt.subplots(len(maps), len(laws), squeeze=False, layout="constrained",
                                 figsize=(2.0 + 2.1 * len(laws), 0.8 + 2.3 * len(maps)))
     for row, name in zip(axes, maps):
@@ -85,8 +92,9 @@ def draw_curves(axes, group, work, label, unit=1.0):
     """Error over steps or run time, in `unit`; laws with error bars stand beside each other over equal steps."""
     axes.set_xscale("log")
     axes.set_yscale("log")
-    for place, law in ((place, law) for place, law in enumerate(LAWS) if law in group):
-        color, marker, line = LAW_STYLE[law]
+    laws = laws_of(group)
+    for place, law in enumerate(laws):
+        color, marker, line = LAW_STYLE.get(law, OTHER_STYLE)
         curve = group[law]
         error = np.maximum(curve["error"][:], ROUNDING)
         if not len(error):
@@ -98,7 +106,7 @@ def draw_curves(axes, group, work, label, unit=1.0):
             _, caps, bars = axes.errorbar(x, error, bar, fmt="none", color=color, linewidth=0.7, capsize=2)
             drawn += [*caps, *bars]
         if barred and work == "steps":
-            shift = ScaledTranslation(APART * (place - len(LAWS) // 2), 0.0, axes.figure.dpi_scale_trans)
+            shift = ScaledTranslation(APART * (place - len(laws) // 2), 0.0, axes.figure.dpi_scale_trans)
             for artist in drawn:
                 artist.set_transform(axes.transData + shift)
     label_few(axes.xaxis)
@@ -119,8 +127,8 @@ def accuracy(file, path):
     for one in axes.flat:
         handles, labels = one.get_legend_handles_labels()
         drawn.update(zip(labels, handles))
-    laws = [law for law in LAWS if law in drawn]
-    figure.legend([drawn[law] for law in laws], laws, loc="upper center", ncol=len(LAWS))
+    laws = [law for law in laws_of(file[problems[0]]) if law in drawn]
+    figure.legend([drawn[law] for law in laws], laws, loc="upper center", ncol=len(laws))
     figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))
     return save(figure, path)
 

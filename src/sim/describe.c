@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "config/laws.h"
 #include "config/resolve.h"
 #include "io/result.h"
 #include "law/drag.h"
@@ -147,7 +148,7 @@ static void say_step(const ry_writer *w, const ry_config *config, const ry_deriv
         q->steps_end, q->steps_frame, q->steps_series);
     const double period = 2.0 * M_PI * sqrt(q->mass / q->stiffness);
     say(w, "  period of a grain        %.6g s = %.4g steps\n", period, period / dt);
-    if (config->contact_law == RY_LAW_CUNDALL || config->contact_law == RY_LAW_CUNDALL_TENSION) {
+    if (ry_is_linear_dashpot(config)) {
         say(w, q->is_bed ? "  3 a + 6 c < 4 in a bed   %.4g\n" : "  a + 2 c < 4 for a pair   %.4g\n",
             (q->is_bed ? 3.0 : 1.0) * (a + 2.0 * c));
     } else if (isfinite(ry_stability_limit(config, q->is_bed))) {
