@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
-"""Draws what `ryusa bench`, tests/peers/peers.py or jobs.py measured: bench.py FILE.h5|FILE.csv [PICTURE.png]"""
+"""Draws what `ryusa bench`, tests/peers/peers.py or jobs.py measured."""
 import csv
-import sys
 from pathlib import Path
+
+from ryusa_result import ResultError, parser, run
 
 import h5py
 import numpy as np
@@ -178,7 +179,7 @@ def table(path, picture):
         machine = file.readline().lstrip("# ").strip()
         rows = list(csv.DictReader(file))
     if not rows or "program" not in rows[0]:
-        sys.exit(f"bench.py: {path}: not a table of tests/peers")
+        raise ResultError(f"{path}: not a table of tests/peers")
     return (jobs if "job" in rows[0] else peers)(rows, machine, picture)
 
 
@@ -228,28 +229,24 @@ def peers(rows, machine, picture):
     return save(figure, picture)
 
 
-def main(words):
-    if words in (["-h"], ["--help"]):
-        print(__doc__)
-        return
-    if not 1 <= len(words) <= 2:
-        sys.exit("usage: bench.py FILE.h5|FILE.csv [PICTURE.png]")
-    path = Path(words[0])
-    try:
-        if path.suffix == ".csv":
-            print(table(path, words[1] if len(words) > 1 else path.with_suffix(".png")))
-            return
-        with h5py.File(path) as file:
-            bench = text_of(file.attrs.get("bench", ""))
-            draw = DRAW.get(bench)
-            if draw is None:
-                sys.exit(f"bench.py: {path}: not a file of ryusa bench")
-            print(draw(file, words[1] if len(words) > 1 else path.with_suffix(".png")))
-    except OSError as error:
-        sys.exit(f"bench.py: {path}: {error}")
-
-
 DRAW = {"accuracy": accuracy, "stability": stability, "speed": speed}
 
+
+def main():
+    arguments = parser(__doc__)
+    arguments.add_argument("file", type=Path, help="FILE.h5 of ryusa bench, or FILE.csv of tests/peers")
+    arguments.add_argument("picture", nargs="?", help="picture to write (default: FILE.png)")
+    given = arguments.parse_args()
+    picture = given.picture or given.file.with_suffix(".png")
+    if given.file.suffix == ".csv":
+        print(table(given.file, picture))
+        return
+    with h5py.File(given.file) as file:
+        draw = DRAW.get(text_of(file.attrs.get("bench", "")))
+        if draw is None:
+            raise ResultError(f"{given.file}: not a file of ryusa bench")
+        print(draw(file, picture))
+
+
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    run(main)

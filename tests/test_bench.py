@@ -84,7 +84,11 @@ class Bench(unittest.TestCase):
         (self.folder / "other.csv").write_text("# x\na,b\n1,2\n")
         r = subprocess.run([sys.executable, "-B", SOURCE / "postprocess/bench.py", "other.csv"], text=True,
                            cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        self.assertEqual((r.returncode, "not a table" in r.stderr), (1, True), r.stderr)
+        self.assertEqual((r.returncode, "not a table" in r.stderr), (4, True), r.stderr)
+        for name in ("nowhere.h5", "other.csv/x.h5", "other.csv"):
+            r = subprocess.run([sys.executable, "-B", SOURCE / "postprocess/bench.py", name], text=True,
+                               cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            self.assertEqual((r.returncode, r.stderr.count("\n")), (4, 1), r.stderr)
 
     def test_stability(self):
         r = self.succeeds("stability", "--quick", "-o", "s.h5")

@@ -32,6 +32,7 @@ typedef struct ry_summary {
     long long samples;
     const char *equilibration_method; /* one sentence */
     int stopped_early;
+    int is_dry;          /* the unit of q* is that without a fluid */
     int has_profile;     /* with the mean of the profiles of the frames after `profile_from` [s] */
     double profile_from;
 } ry_summary;

@@ -2,7 +2,8 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * OUT.xdmf: tells ParaView and VisIt where in OUT.h5 the frames lie. It names the file without its
- * folder, so that both can be moved together. */
+ * folder, so that both can be moved together; "./" because their reader drops letters other than ASCII
+ * from the beginning of a text. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -36,6 +37,7 @@ static void put_escaped(FILE *stream, const char *text)
 
 static void put_file(FILE *stream, const frames *all, const char *path)
 {
+    fputs("./", stream);
     put_escaped(stream, all->h5);
     fprintf(stream, ":/particles/grains/%s</DataItem>\n", path);
 }
