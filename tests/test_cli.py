@@ -75,7 +75,7 @@ class Cli(unittest.TestCase):
         self.refuses(4, "info", "nowhere.h5", says=["nowhere.h5"])
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["scene.yaml"])
         (self.folder / "going.h5.part").touch()
-        self.refuses(4, "info", "going.h5", says=["ryusa info going.h5.part"])
+        self.refuses(4, "info", "going.h5", says=[f"see: {PROGRAM} info going.h5.part"])
 
     def test_run(self):
         r = self.run_program("run", "scene.yaml")
@@ -200,7 +200,8 @@ class Cli(unittest.TestCase):
             p.send_signal(number)
         out, err = p.communicate(timeout=30)
         self.assertEqual((p.returncode, out), (130, ""), err)
-        self.assertRegex(err, r"ryusa: stopped at t = .* s, saved; go on with: ryusa run .* --resume\n$")
+        self.assertRegex(err, r"ryusa: stopped at t = .* s, saved; go on with: .* run .* --resume\n$")
+        self.assertIn(f"go on with: {PROGRAM} run scene.yaml ", err)  # as it was called, to be copied
         return float(re.search(r"stopped at t = (\S+) s", err).group(1)), f"stopped{number}.h5"
 
     def test_stop_and_resume(self):

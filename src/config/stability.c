@@ -150,7 +150,7 @@ static ry_status check_load(const ry_check *check)
                          "lowest grains %.2g diameters into each other, the limit is 0.3; allowed "
                          "is time.step of at most %.4g s%s",
                          config->grains_layers, overlap / d, config->time_step * factor * 0.999,
-                         isnan(config->contact_stiffness) ? ", or a smaller contact.alpha_m" : "");
+                         isnan(config->contact_stiffness) ? ", or a smaller contact.alpha_m or contact.beta" : "");
 }
 
 static ry_status check_motion(const ry_check *check)

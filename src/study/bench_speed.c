@@ -10,6 +10,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "sim/sim.h"
 #include "study/bench_limit.h"
 #include "study/bench_machine.h"
@@ -371,14 +372,7 @@ static void write_file(const study *s, const ry_machine *machine)
 /* bench-speed.h5 -> bench-speed.csv */
 static char *csv_name(const char *output)
 {
-    const size_t length = strlen(output);
-    const size_t stem = length > 3 && strcmp(output + length - 3, ".h5") == 0 ? length - 3 : length;
-    char *const name = malloc(stem + sizeof ".csv");
-    if (name != NULL) {
-        memcpy(name, output, stem);
-        memcpy(name + stem, ".csv", sizeof ".csv");
-    }
-    return name;
+    return ry_text_print("%.*s.csv", ry_text_stem(output), output);
 }
 
 static void fill_csv(FILE *file, const study *s, const ry_machine *m)
