@@ -392,6 +392,21 @@ class PostprocessTest(unittest.TestCase):
             self.assertTrue(figure.bbox.x0 <= legend.x0 and legend.x1 <= figure.bbox.x1, legend)
         picture.plt.close(figure)
 
+    def test_legend_of_one_bounce(self):
+        """Of a file of `ryusa verify slow-bounce`: one panel, as wide as the legend of seven laws is not."""
+        import picture
+        import verify
+        figure, axes = picture.plt.subplots(figsize=(4.4, 3.6), layout="constrained")
+        for law in verify.LAWS:
+            axes.plot([1, 2], [0.4, 0.5], **verify.style(law))
+        axes.set_xlabel("N")
+        verify.legend(figure, axes)
+        figure.canvas.draw()
+        words = figure.legends[0].get_window_extent()
+        self.assertTrue(figure.bbox.x0 <= words.x0 and words.x1 <= figure.bbox.x1, words)
+        self.assertTrue(figure.bbox.y0 <= words.y0 and words.y1 <= axes.get_tightbbox().y0, words)
+        picture.plt.close(figure)
+
     def test_names_of_constants(self):
         from tune import label_of
         keys = ["contact.beta", "contact.friction", "fluid.density", "grains.density"]

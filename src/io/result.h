@@ -98,7 +98,4 @@ ry_status ry_result_describe(const char *path, ry_write_fn *write, void *data, r
 ry_status ry_result_read_summary(const char *path, ry_summary *summary, unsigned long long *hash,
                                  ry_error *error);
 
-/* The scene text stored in the file, for `run --resume` and for tools; owned by the caller. */
-ry_status ry_result_scene_text(const char *path, char **text, ry_error *error);
-
 #endif
