@@ -29,6 +29,8 @@ class Film:
         rows = self.figure.subplots(2 if strip else 1, 1, gridspec_kw={"height_ratios": [height, strip]} if strip else None)
         self.bed, self.strip = (rows[0], rows[1]) if strip else (rows, None)
         picture.setup_bed_axes(self.bed, result, box)
+        apart = np.diff(result.frame_times[indices]).min(initial=1.0)
+        self.digits = int(np.clip(np.ceil(-np.log10(apart) - 1e-6), 2, 12)) if apart > 0.0 else 2
         self.label = self.bed.text(0.01, 0.985, "", transform=self.bed.transAxes, va="top", animated=True)
         if self.strip is not None:
             self._draw_strip()
@@ -61,7 +63,7 @@ class Film:
         self.bed.add_collection(grains, autolim=False)
         self.bed.draw_artist(grains)
         grains.remove()
-        self.label.set_text(f"t = {time:.2f} s")
+        self.label.set_text(f"t = {time:.{self.digits}f} s")
         self.bed.draw_artist(self.label)
         if self.strip is not None:
             near = int(np.argmin(np.abs(self.flux.time - time)))

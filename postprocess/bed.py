@@ -8,11 +8,12 @@ from ryusa_result import Result, output_path, parser, run
 
 def draw_flow(axes, result, index, picture):
     z, u = result.fluid_velocity(index)
-    axes.fill_betweenx(z * picture.MM, 0.0, u, color=picture.WATER, lw=0)
-    axes.plot(u, z * picture.MM, color=picture.BLUE)
+    z = z * picture.unit_of(result)[1]
+    axes.fill_betweenx(z, 0.0, u, color=picture.WATER, lw=0)
+    axes.plot(u, z, color=picture.BLUE)
     axes.set_xlabel("fluid (m/s)")
     low, high = axes.get_ylim()
-    inside = u[(z * picture.MM >= low) & (z * picture.MM <= high)]
+    inside = u[(z >= low) & (z <= high)]
     top = float(np.nanmax(inside)) if len(inside) else 1.0
     axes.set_xlim(min(0.0, float(np.nanmin(inside)) if len(inside) else 0.0), 1.1 * top if top > 0 else 1.0)
     axes.tick_params(labelleft=False)
@@ -34,10 +35,11 @@ def make(result, path, index=-1):
     left.add_collection(picture.grain_collection(left, result, index, norm))
     bed = result.bed_level(times[index])
     if bed is not None and np.isfinite(bed) and result.has_fluid:
+        bed *= picture.unit_of(result)[1]
         for one in axes if flow else [left]:
-            one.axhline(bed * picture.MM, color=picture.ORANGE, lw=0.9, ls="--")
+            one.axhline(bed, color=picture.ORANGE, lw=0.9, ls="--")
         at = axes[1] if flow else left
-        at.annotate("bed level", (0.98, bed * picture.MM), xycoords=("axes fraction", "data"), xytext=(0, -2),
+        at.annotate("bed level", (0.98, bed), xycoords=("axes fraction", "data"), xytext=(0, -2),
                     textcoords="offset points", ha="right", va="top", color=picture.ORANGE, fontsize=8)
     if flow:
         axes[1].set_box_aspect((box[3] - box[2]) / (box[1] - box[0]) * 4.4 / 1.3)

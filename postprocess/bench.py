@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
-"""Draws what `ryusa bench`, tests/peers/peers.py or jobs.py measured: bench.py FILE.h5|FILE.csv [PICTURE.png]"""
+"""Draws what `ryusa bench`, tests/peers/peers.py or jobs.py measured."""
 import csv
-import sys
 from pathlib import Path
+
+from ryusa_result import ResultError, parser, run
 
 import h5py
 import numpy as np
@@ -14,12 +15,13 @@ from matplotlib.ticker import LogLocator, MaxNLocator, NullFormatter
 from matplotlib.transforms import ScaledTranslation
 from picture import AMBER, BLACK, BLUE, GREEN, GREY, ORANGE, PINK, SKY, plt, save
 
-LAWS = ["energy", "fujioka-2", "fujioka-2-printed", "fujioka-1", "cundall", "cundall-tension", "tanaka"]
+# In the order of the pictures; a law that is not here comes last.
 LAW_STYLE = {
     "energy": (BLUE, "o", "-"), "fujioka-2": (GREEN, "s", "-"), "fujioka-2-printed": (GREEN, "s", ":"),
     "fujioka-1": (PINK, "^", "-"), "cundall": (ORANGE, "v", "-"), "cundall-tension": (ORANGE, "v", ":"),
     "tanaka": (AMBER, "D", "-"),
 }
+OTHER_STYLE = (BLACK, "x", "-")
 # Refused is blank; from quiet (light blue) over jitter and leaks to gains (orange) and explosions (black).
 CLASS_COLOR = {
     "refused": "#FFFFFF", "quiet": "#D6E9F5", "settles": SKY, "jitters": "#F3E3A0", "leaks": GREEN,
@@ -33,6 +35,12 @@ def text_of(value):
 
 def texts(dataset):
     return [text_of(v) for v in dataset[:]]
+
+
+def laws_of(group):
+    order = list(LAW_STYLE)
+    there = [name for name, one in group.items() if isinstance(one, h5py.Group)]
+    return sorted(there, key=lambda law: order.index(law) if law in order else len(order))
 
 
 def draw_map(axes, group, law, words):
@@ -53,7 +61,7 @@ def draw_map(axes, group, law, words):
 def stability(file, path):
     words = texts(file["class/word"])
     maps = [m for m in ("alpha_cn", "beta", "impact", "sizes") if m in file]
-    laws = [law for law in LAWS if law in file[maps[0]]]
+    laws = laws_of(file[maps[0]])
     figure, axes = plt.subplots(len(maps), len(laws), squeeze=False, layout="constrained",
                                 figsize=(2.0 + 2.1 * len(laws), 0.8 + 2.3 * len(maps)))
     for row, name in zip(axes, maps):
@@ -85,8 +93,9 @@ def draw_curves(axes, group, work, label, unit=1.0):
     """Error over steps or run time, in `unit`; laws with error bars stand beside each other over equal steps."""
     axes.set_xscale("log")
     axes.set_yscale("log")
-    for place, law in ((place, law) for place, law in enumerate(LAWS) if law in group):
-        color, marker, line = LAW_STYLE[law]
+    laws = laws_of(group)
+    for place, law in enumerate(laws):
+        color, marker, line = LAW_STYLE.get(law, OTHER_STYLE)
         curve = group[law]
         error = np.maximum(curve["error"][:], ROUNDING)
         if not len(error):
@@ -98,7 +107,7 @@ def draw_curves(axes, group, work, label, unit=1.0):
             _, caps, bars = axes.errorbar(x, error, bar, fmt="none", color=color, linewidth=0.7, capsize=2)
             drawn += [*caps, *bars]
         if barred and work == "steps":
-            shift = ScaledTranslation(APART * (place - len(LAWS) // 2), 0.0, axes.figure.dpi_scale_trans)
+            shift = ScaledTranslation(APART * (place - len(laws) // 2), 0.0, axes.figure.dpi_scale_trans)
             for artist in drawn:
                 artist.set_transform(axes.transData + shift)
     label_few(axes.xaxis)
@@ -119,8 +128,8 @@ def accuracy(file, path):
     for one in axes.flat:
         handles, labels = one.get_legend_handles_labels()
         drawn.update(zip(labels, handles))
-    laws = [law for law in LAWS if law in drawn]
-    figure.legend([drawn[law] for law in laws], laws, loc="upper center", ncol=len(LAWS))
+    laws = [law for law in laws_of(file[problems[0]]) if law in drawn]
+    figure.legend([drawn[law] for law in laws], laws, loc="upper center", ncol=len(laws))
     figure.get_layout_engine().set(rect=(0, 0, 1, 0.95))
     return save(figure, path)
 
@@ -170,7 +179,7 @@ def table(path, picture):
         machine = file.readline().lstrip("# ").strip()
         rows = list(csv.DictReader(file))
     if not rows or "program" not in rows[0]:
-        sys.exit(f"bench.py: {path}: not a table of tests/peers")
+        raise ResultError(f"{path}: not a table of tests/peers")
     return (jobs if "job" in rows[0] else peers)(rows, machine, picture)
 
 
@@ -220,28 +229,24 @@ def peers(rows, machine, picture):
     return save(figure, picture)
 
 
-def main(words):
-    if words in (["-h"], ["--help"]):
-        print(__doc__)
-        return
-    if not 1 <= len(words) <= 2:
-        sys.exit("usage: bench.py FILE.h5|FILE.csv [PICTURE.png]")
-    path = Path(words[0])
-    try:
-        if path.suffix == ".csv":
-            print(table(path, words[1] if len(words) > 1 else path.with_suffix(".png")))
-            return
-        with h5py.File(path) as file:
-            bench = text_of(file.attrs.get("bench", ""))
-            draw = DRAW.get(bench)
-            if draw is None:
-                sys.exit(f"bench.py: {path}: not a file of ryusa bench")
-            print(draw(file, words[1] if len(words) > 1 else path.with_suffix(".png")))
-    except OSError as error:
-        sys.exit(f"bench.py: {path}: {error}")
-
-
 DRAW = {"accuracy": accuracy, "stability": stability, "speed": speed}
 
+
+def main():
+    arguments = parser(__doc__)
+    arguments.add_argument("file", type=Path, help="FILE.h5 of ryusa bench, or FILE.csv of tests/peers")
+    arguments.add_argument("picture", nargs="?", help="picture to write (default: FILE.png)")
+    given = arguments.parse_args()
+    picture = given.picture or given.file.with_suffix(".png")
+    if given.file.suffix == ".csv":
+        print(table(given.file, picture))
+        return
+    with h5py.File(given.file) as file:
+        draw = DRAW.get(text_of(file.attrs.get("bench", "")))
+        if draw is None:
+            raise ResultError(f"{given.file}: not a file of ryusa bench")
+        print(draw(file, picture))
+
+
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    run(main)

@@ -6,7 +6,7 @@
 The band is the standard error of the running mean: the one in the file, which comes from the
 autocorrelation time of the series, times the root of (all samples / samples so far)."""
 import numpy as np
-from ryusa_result import Result, output_path, parser, run, with_error
+from ryusa_result import Result, ResultError, output_path, parser, run, with_error
 
 
 def thin(time, value, most=4000):
@@ -54,6 +54,8 @@ def heading(result, flux):
 def make(result, path):
     import picture
     series, flux = result.series("q_star"), result.flux
+    if len(series.time) < 2:
+        raise ResultError(f"{result.path}: one sample of q* only")
     figure, axes = picture.plt.subplots(figsize=(6.6, 3.2), layout="constrained")
     axes.plot(*thin(series.time, series.value), color="#BBBBBB", lw=0.6, label="all grains at an instant", zorder=1)
     settle = float(result.parameter("time.settle", 0.0) or 0.0)
@@ -66,7 +68,8 @@ def make(result, path):
     if len(finite) and finite.max() > 0:
         axes.set_ylim(min(0.0, 1.05 * finite.min()), 1.1 * finite.max())
     axes.set_xlabel("time (s)")
-    axes.set_ylabel(r"sediment flux  $q^* = q_b\,/\sqrt{(s-1)\,g\,d^3}$")
+    excess = r"(s-1)\," if result.has_fluid else ""
+    axes.set_ylabel(rf"sediment flux  $q^* = q_b\,/\sqrt{{{excess}g\,d^3}}$")
     axes.set_title(heading(result, flux), loc="left")
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.17), ncol=4)
     return picture.save(figure, path)

@@ -26,7 +26,10 @@ plt.rcParams.update({
     "mathtext.fontset": "dejavusans",
 })
 
-MM = 1e3
+
+def unit_of(result):
+    """Of lengths in a picture of grains: its name, and how many of it are a metre."""
+    return ("mm", 1e3) if result.d < 0.1 else ("m", 1.0)
 
 
 def save(figure, path):
@@ -77,20 +80,28 @@ def grain_collection(axes, result, index, norm, linewidth=0.4):
         x = np.concatenate([x, x[left] + result.length, x[right] - result.length])
     colors = SPEED(norm(result.speed(index)))
     colors[result.fixed] = plt.matplotlib.colors.to_rgba(FIXED)
-    size = diameter[which] * MM
+    scale = unit_of(result)[1]
+    size = diameter[which] * scale
     return EllipseCollection(size, size, np.zeros(len(which)), units="x", linewidths=linewidth,
                              edgecolors="#4A4A4A", facecolors=colors[which],
-                             offsets=np.column_stack([x, z[which]]) * MM, offset_transform=axes.transData)
+                             offsets=np.column_stack([x, z[which]]) * scale, offset_transform=axes.transData)
 
 
 def setup_bed_axes(axes, result, box):
     axes.set_aspect("equal")
-    axes.set_xlim(box[0] * MM, box[1] * MM)
-    axes.set_ylim(box[2] * MM, box[3] * MM)
-    axes.set_xlabel("x (mm)")
-    axes.set_ylabel("z (mm)")
+    unit, scale = unit_of(result)
+    axes.set_xlim(box[0] * scale, box[1] * scale)
+    axes.set_ylim(box[2] * scale, box[3] * scale)
+    axes.set_xlabel(f"x ({unit})")
+    axes.set_ylabel(f"z ({unit})")
     if result.has_fluid:
         axes.set_facecolor(WATER)
+    length = result.parameter("domain.length")
+    if result.parameter("domain.walls", 0) and length is not None:
+        for x in (0.0, length):
+            axes.axvline(x * scale, color=BLACK, lw=1.0, zorder=0)
+    if result.parameter("domain.floor") == "flat":
+        axes.axhline(0.0, color=BLACK, lw=1.0, zorder=0)
 
 
 def bed_size(box, width, low, high):

@@ -14,6 +14,7 @@ whose text is one line for the user.
 import argparse
 import os
 import sys
+import time
 from collections import namedtuple
 from pathlib import Path
 
@@ -251,18 +252,22 @@ def output_path(result, given, ending):
 
 
 def run(main):
-    """Calls main() and ends the program: 0, 2 for the command line, 4 with one line for a bad file."""
+    """Calls main() and ends the program: 0, 2 for the command line, 4 with one line for a bad file. What a run has
+    written to between two reads fails in some way: then once more, twice at most."""
     name = Path(sys.argv[0]).name
-    try:
-        sys.exit(main())
-    except ResultError as error:
-        text = str(error)
-    except KeyboardInterrupt:
-        sys.exit(130)
-    except OSError as error:
-        where = f"{error.filename}: " if error.filename else ""
-        text = f"{where}{error.strerror or error}"
-    except UNEXPECTED as error:
-        text = f"the file does not hold what is expected: {error}"
+    goes_on = any(word.endswith(".part") for word in sys.argv[1:])
+    for wait in (0.3, 1.0, 0.0) if goes_on else (0.0,):
+        try:
+            sys.exit(main())
+        except ResultError as error:
+            text = str(error)
+        except KeyboardInterrupt:
+            sys.exit(130)
+        except OSError as error:
+            where = f"{error.filename}: " if error.filename else ""
+            text = f"{where}{error.strerror or error}"
+        except UNEXPECTED as error:
+            text = f"the file does not hold what is expected: {error}"
+        time.sleep(wait)
     print(f"{name}: " + " ".join(text.split()), file=sys.stderr)
     sys.exit(BAD_FILE)

@@ -49,10 +49,12 @@ def laws_of(group):
     return [law for law in LAWS if law in group]
 
 
-def legend(figure, axes, columns=7):
+def legend(figure, axes):
+    """Below the panels, in one row, or in three where there is one panel only."""
     handles, labels = axes.get_legend_handles_labels()
-    figure.get_layout_engine().set(rect=(0.0, 0.09, 1.0, 0.91))
-    figure.legend(handles, labels, loc="lower center", ncol=columns, columnspacing=1.2, handletextpad=0.5)
+    rows = 1 if figure.get_figwidth() > 6.0 else 3
+    figure.get_layout_engine().set(rect=(0.0, 0.04 + 0.05 * rows, 1.0, 0.96 - 0.05 * rows))
+    figure.legend(handles, labels, loc="lower center", ncol=-(-len(handles) // rows), columnspacing=1.2, handletextpad=0.5)
 
 
 # --- Figs. 4 and 5 ---
@@ -176,7 +178,7 @@ def make_tables(file, path):
     for one, (name, draw) in zip(axes[0], cases):
         draw(one, file[name])
     if "steps" in file:
-        legend(figure, axes[0][-1], columns=8)
+        legend(figure, axes[0][-1])
     return picture.save(figure, path)
 
 

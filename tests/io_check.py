@@ -115,7 +115,7 @@ def xdmf(path):
             for item in grid.iter("DataItem"):
                 if item.get("Format") == "HDF":
                     name, where = item.text.strip().split(":")
-                    assert name == os.path.basename(path), "the file without its folder"
+                    assert name == "./" + os.path.basename(path), "the file without its folder"
                     size = tuple(int(word) for word in item.get("Dimensions").split())
                     assert f[where].shape == size, where
                     kind = {"Float": "f", "Int": "i"}[item.get("NumberType")]

@@ -23,7 +23,7 @@
 
 typedef ry_push law_fn(const ry_bond q, const ry_touch t);
 
-#define RY_LAW(name, law, moves, ratio, parts, rests, letter, source) {#name, ry_law_##name},
+#define RY_LAW(name, law, ...) {#name, ry_law_##name},
 static const struct {
     const char *name;
     law_fn *law;

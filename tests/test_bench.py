@@ -4,6 +4,7 @@
 """ryusa bench: files, classes and curves of quick runs; refusals. No timing decides anything.
 ctest: slow"""
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -21,7 +22,7 @@ except ImportError as missing:
 PROGRAM = os.environ["RYUSA"]
 SOURCE = Path(os.environ.get("SOURCE_DIR", Path(__file__).resolve().parent.parent))
 sys.path.append(str(SOURCE / "postprocess"))
-LAWS = ["energy", "fujioka-2", "fujioka-2-printed", "fujioka-1", "cundall", "cundall-tension", "tanaka"]
+LAWS = re.findall(r'\(RY_LAW_\w+, "([\w-]+)"\)', (SOURCE / "include/ryusa/config.h").read_text())
 
 
 class Bench(unittest.TestCase):
@@ -83,7 +84,11 @@ class Bench(unittest.TestCase):
         (self.folder / "other.csv").write_text("# x\na,b\n1,2\n")
         r = subprocess.run([sys.executable, "-B", SOURCE / "postprocess/bench.py", "other.csv"], text=True,
                            cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
-        self.assertEqual((r.returncode, "not a table" in r.stderr), (1, True), r.stderr)
+        self.assertEqual((r.returncode, "not a table" in r.stderr), (4, True), r.stderr)
+        for name in ("nowhere.h5", "other.csv/x.h5", "other.csv"):
+            r = subprocess.run([sys.executable, "-B", SOURCE / "postprocess/bench.py", name], text=True,
+                               cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            self.assertEqual((r.returncode, r.stderr.count("\n")), (4, 1), r.stderr)
 
     def test_stability(self):
         r = self.succeeds("stability", "--quick", "-o", "s.h5")
@@ -138,19 +143,22 @@ class Bench(unittest.TestCase):
         self.draws("a.h5")
 
     def test_laws_of_equal_steps_stand_beside_each_other(self):
+        """Those that bench.py has no style for too."""
         import bench
+        laws = [*LAWS, "newcomer"]
         with h5py.File("made-up", "w", driver="core", backing_store=False) as file:
             group = file.create_group("flux")
             group.attrs["error"] = "relative error"
-            for law in LAWS:
+            for law in laws:
                 one = group.create_group(law)
                 one["steps"], one["seconds"], one["error"], one["error_bar"] = [5000.0], [0.05], [0.2], [0.1]
             with unittest.mock.patch.object(bench, "save", lambda figure, path: figure):
                 figure = bench.accuracy(file, None)
         figure.canvas.draw()
         at = [line.get_transform().transform(line.get_xydata())[0, 0] for line in figure.axes[0].get_lines()
-              if line.get_label() in LAWS]
-        self.assertEqual(len(at), len(LAWS))
+              if line.get_label() in laws]
+        self.assertEqual(len(at), len(laws))
+        self.assertEqual([text.get_text() for text in figure.legends[0].get_texts()][-1], "newcomer")
         self.assertGreater(np.diff(np.sort(at)).min(), 3.0)
         bench.plt.close(figure)
 

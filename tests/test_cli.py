@@ -75,7 +75,7 @@ class Cli(unittest.TestCase):
         self.refuses(4, "info", "nowhere.h5", says=["nowhere.h5"])
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["scene.yaml"])
         (self.folder / "going.h5.part").touch()
-        self.refuses(4, "info", "going.h5", says=["ryusa info going.h5.part"])
+        self.refuses(4, "info", "going.h5", says=[f"see: {PROGRAM} info going.h5.part"])
 
     def test_run(self):
         r = self.run_program("run", "scene.yaml")
@@ -178,6 +178,16 @@ class Cli(unittest.TestCase):
         self.assertIn("0.4321", r.stdout)
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["scene.yaml"])
 
+    def test_show_of_a_hertz_spring(self):
+        """Only `energy` bounds; the overlap under a weight goes as its 2/3."""
+        says = {law: self.run_program("show", "scene.yaml", "-s", f"contact.law={law}", "-s", "contact.alpha_cn=0.1",
+                                      "-s", "domain.gravity=9.81").stdout for law in ("energy", "cundall", "tanaka")}
+        self.assertEqual({law: "bounded by the law" in text for law, text in says.items()},
+                         {"energy": True, "cundall": False, "tanaka": False})
+        linear, hertz = (float(re.search(r"static overlap +(\S+) d", says[law]).group(1)) for law in ("cundall", "tanaka"))
+        self.assertAlmostEqual(hertz / linear ** (2 / 3), 1.0, delta=0.01)
+        self.assertGreater(linear, 0.0)
+
     def test_reader_that_leaves(self):
         r = subprocess.run(f"'{PROGRAM}' show scene.yaml | true; exit ${{PIPESTATUS[0]}}", cwd=self.folder,
                            shell=True, executable="/bin/bash", stderr=subprocess.PIPE)
@@ -200,7 +210,8 @@ class Cli(unittest.TestCase):
             p.send_signal(number)
         out, err = p.communicate(timeout=30)
         self.assertEqual((p.returncode, out), (130, ""), err)
-        self.assertRegex(err, r"ryusa: stopped at t = .* s, saved; go on with: ryusa run .* --resume\n$")
+        self.assertRegex(err, r"ryusa: stopped at t = .* s, saved; go on with: .* run .* --resume\n$")
+        self.assertIn(f"go on with: {PROGRAM} run scene.yaml ", err)  # as it was called, to be copied
         return float(re.search(r"stopped at t = (\S+) s", err).group(1)), f"stopped{number}.h5"
 
     def test_stop_and_resume(self):

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
-"""The pages agree with the program: the parameter page, links between pages, the commands in README."""
+"""The pages agree with the program: the parameter page, links between pages, the commands in README, the laws."""
 import os
 import re
 import subprocess
@@ -30,6 +30,10 @@ for name in commands:
     text = subprocess.run([PROGRAM, name, "--help"], check=True, stdout=subprocess.PIPE, text=True).stdout
     if not text.startswith(f"Usage: ryusa {name} "):
         problems.append(f"ryusa {name} --help begins with {text[:40]!r}")
+
+for law in re.findall(r'\(RY_LAW_\w+, "([\w-]+)"\)', (ROOT / "include/ryusa/config.h").read_text()):
+    if f"`{law}`" not in (ROOT / "docs/physics.md").read_text():
+        problems.append(f"docs/physics.md does not say what the law {law} is")
 
 version = subprocess.run([PROGRAM, "--version"], check=True, stdout=subprocess.PIPE, text=True).stdout.split()[1]
 if f"## {version}" not in (ROOT / "CHANGELOG.md").read_text():

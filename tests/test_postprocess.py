@@ -15,6 +15,7 @@ import time
 import unittest
 from pathlib import Path
 from types import SimpleNamespace
+from unittest import mock
 
 try:
     import h5py
@@ -27,6 +28,7 @@ except ImportError as missing:
 ROOT = Path(os.environ.get("SOURCE_DIR", Path(__file__).resolve().parent.parent))
 SCRIPTS = ROOT / "postprocess"
 sys.path[:0] = [str(ROOT / "tests"), str(SCRIPTS)]
+import ryusa_result  # noqa: E402
 import synthetic_result  # noqa: E402
 from ryusa_result import Result, ResultError, with_error  # noqa: E402
 
@@ -327,6 +329,50 @@ class PostprocessTest(unittest.TestCase):
                                    (1.62e-10, 1.81e-10, "1.6e-10 ± 1.8e-10")):
             self.assertEqual(with_error(value, error), text)
 
+    def test_unit_and_walls(self):
+        import picture
+        for d, unit, right in ((0.5e-3, "mm", 10.0), (225.0, "m", 0.01)):
+            figure, axes = picture.plt.subplots()
+            parameters = {"domain.walls": 1, "domain.length": 0.01, "domain.floor": "flat"}
+            one = SimpleNamespace(d=d, has_fluid=False, parameter=lambda key, default=None: parameters.get(key, default))
+            picture.setup_bed_axes(axes, one, (0.0, 0.01, 0.0, 0.01))
+            self.assertEqual((axes.get_xlabel(), axes.get_ylabel()), (f"x ({unit})", f"z ({unit})"))
+            self.assertEqual([line.get_xdata()[0] for line in axes.get_lines()], [0.0, right, 0.0])
+            parameters.clear()
+            picture.setup_bed_axes(axes, one, (0.0, 0.01, 0.0, 0.01))
+            self.assertEqual(len(axes.get_lines()), 3)
+            picture.plt.close(figure)
+
+    def test_unit_of_the_flux(self):
+        import flux
+        import picture
+        for fluid in (True, False):
+            path = self.folder / "unit.h5"
+            synthetic_result.write(path, frames=2, fluid=fluid)
+            with Result(path) as result, mock.patch.object(picture, "save", lambda figure, _: figure):
+                figure = flux.make(result, None)
+            self.assertEqual("(s-1)" in figure.axes[0].get_ylabel(), fluid)
+            picture.plt.close(figure)
+
+    def test_time_in_a_film_of_milliseconds(self):
+        import animate
+        path = self.folder / "fast.h5"
+        for end, digits in ((6.0, 2), (1e-3, 4)):
+            synthetic_result.write(path, frames=11, end=end)
+            with Result(path) as result:
+                film = animate.Film(result, animate.choose(11, 11), 400)
+                film.frame(10)
+                self.assertEqual(film.label.get_text(), f"t = {end:.{digits}f} s")
+
+    def test_a_file_that_is_written_to(self):
+        """Reads of a run that goes on may meet a flush: once more; of any other file not."""
+        for name, tries in (("one.h5.part", 2), ("one.h5", 1)):
+            fails = mock.Mock(side_effect=[OSError("Can't read data (addr overflow)"), None])
+            with mock.patch.object(sys, "argv", ["flux.py", name]), mock.patch("sys.stderr"), \
+                    mock.patch("time.sleep"), self.assertRaises(SystemExit) as end:
+                ryusa_result.run(fails)
+            self.assertEqual((fails.call_count, end.exception.code or 0), (tries, 0 if tries > 1 else 4))
+
     # --- where words lie in a picture ---
 
     def test_legends_of_a_tuning_hide_nothing(self):
@@ -344,6 +390,21 @@ class PostprocessTest(unittest.TestCase):
             legend = axes.get_legend().get_window_extent()
             self.assertGreaterEqual(legend.y0, axes.bbox.y1)
             self.assertTrue(figure.bbox.x0 <= legend.x0 and legend.x1 <= figure.bbox.x1, legend)
+        picture.plt.close(figure)
+
+    def test_legend_of_one_bounce(self):
+        """Of a file of `ryusa verify slow-bounce`: one panel, as wide as the legend of seven laws is not."""
+        import picture
+        import verify
+        figure, axes = picture.plt.subplots(figsize=(4.4, 3.6), layout="constrained")
+        for law in verify.LAWS:
+            axes.plot([1, 2], [0.4, 0.5], **verify.style(law))
+        axes.set_xlabel("N")
+        verify.legend(figure, axes)
+        figure.canvas.draw()
+        words = figure.legends[0].get_window_extent()
+        self.assertTrue(figure.bbox.x0 <= words.x0 and words.x1 <= figure.bbox.x1, words)
+        self.assertTrue(figure.bbox.y0 <= words.y0 and words.y1 <= axes.get_tightbbox().y0, words)
         picture.plt.close(figure)
 
     def test_names_of_constants(self):

@@ -79,6 +79,7 @@ class Scenes(unittest.TestCase):
             d = file["particles/grains/diameter"][:]
             scale = np.sum(np.pi / 6 * d**3 * file["particles/grains/density"][:] * 9.81 * d)
             self.assertLess(file["observables/kinetic_energy/value"][-1], 1e-12 * scale)
+            self.assertIn("q* = q_b/sqrt(g d^3),", file["observables/flux"].attrs["convention"])
 
     def test_profile_carries_flux(self):
         """The integral of phi u_grain over height is the mean q_b of the same samples."""

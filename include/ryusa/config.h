@@ -145,7 +145,7 @@ typedef struct ry_derived {
     double shear_stress;  /* tau_b [Pa] */
     double shields;       /* theta [1] */
     double friction_velocity; /* u* = sqrt(tau_b/rho_f) [m/s] */
-    double flux_unit;     /* sqrt((s-1) g d^3): q_b = q* x this [m^2/s] */
+    double flux_unit;     /* sqrt((s-1) g d^3), dry sqrt(g d^3): q_b = q* x this [m^2/s] */
     double length;        /* of the domain along x; 0 if unbounded and not given [m] */
     long long steps_settle, steps_end; /* the step at which the fluid starts, the last step */
     int steps_frame;      /* steps between frames */

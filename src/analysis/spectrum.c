@@ -11,6 +11,7 @@
 #include <fftw3.h>
 #include <math.h>
 
+#include "analysis/planner.h"
 #include "base/memory.h"
 
 enum { PADDING = 8 };
@@ -64,12 +65,16 @@ ry_status ry_spectrum_ringing(const double *x, int64_t n, ry_ringing *out, ry_er
     if (value == NULL || spectrum == NULL) {
         status = ry_no_memory(error, (size_t)padded * sizeof(double));
     } else {
+        ry_planner_take();
         const fftw_plan plan = fftw_plan_dft_r2c_1d((int)padded, value, spectrum, FFTW_ESTIMATE);
+        ry_planner_leave();
         for (int64_t k = 0; k < padded; k++) {
             value[k] = k < n ? x[k] - x[n - 1] : 0.0;
         }
         fftw_execute(plan);
+        ry_planner_take();
         fftw_destroy_plan(plan);
+        ry_planner_leave();
         const int64_t peak = find_peak(spectrum, bins);
         if (peak > 0) {
             const double left = half_point(spectrum, bins, peak, -1);

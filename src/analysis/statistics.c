@@ -15,9 +15,10 @@
 
 #include <fftw3.h>
 #include <math.h>
-#include <pthread.h>
 #include <stddef.h>
 #include <string.h>
+
+#include "analysis/planner.h"
 
 enum {
     BLOCKS_ESTIMATE = 1 << 20, /* at most so many block means for an estimate */
@@ -25,9 +26,6 @@ enum {
     CANDIDATES = 80,           /* cuts that are tried */
     FEWEST = 8                 /* a shorter series tells nothing about its correlation */
 };
-
-/* FFTW runs plans in parallel but makes them one at a time. */
-static pthread_mutex_t planner = PTHREAD_MUTEX_INITIALIZER;
 
 /* Room for one series of block means and its transform; `capacity` is the padded length. */
 typedef struct workspace {
@@ -46,14 +44,14 @@ typedef struct estimate {
 
 static void workspace_clear(workspace *w)
 {
-    pthread_mutex_lock(&planner);
+    ry_planner_take();
     if (w->forward) {
         fftw_destroy_plan(w->forward);
     }
     if (w->backward) {
         fftw_destroy_plan(w->backward);
     }
-    pthread_mutex_unlock(&planner);
+    ry_planner_leave();
     fftw_free(w->value);
     fftw_free(w->spectrum);
     *w = (workspace){0};
@@ -76,10 +74,10 @@ static ry_status workspace_init(workspace *w, int n, ry_error *error)
     w->value = fftw_malloc(length * sizeof *w->value);
     w->spectrum = fftw_malloc((length / 2 + 1) * sizeof *w->spectrum);
     if (w->value && w->spectrum) {
-        pthread_mutex_lock(&planner);
+        ry_planner_take();
         w->forward = fftw_plan_dft_r2c_1d(w->capacity, w->value, w->spectrum, FFTW_ESTIMATE);
         w->backward = fftw_plan_dft_c2r_1d(w->capacity, w->spectrum, w->value, FFTW_ESTIMATE);
-        pthread_mutex_unlock(&planner);
+        ry_planner_leave();
     }
     if (!w->forward || !w->backward) {
         workspace_clear(w);

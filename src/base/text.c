@@ -12,6 +12,8 @@
 
 #include "base/memory.h"
 
+enum { MOST_PARTS = 1000 };
+
 static ry_status read_stream(FILE *file, const char *path, size_t largest, const char *what,
                              char **text, ry_error *error)
 {
@@ -62,14 +64,33 @@ ry_status ry_text_read(const char *path, size_t largest, const char *what, char 
     return status;
 }
 
+/* Opens "PATH.NUMBER.part", which nobody else has: not a thread of ours, nor a process of that number on another machine,
+ * living or killed. *part is NULL without memory. */
+static FILE *open_part(const char *path, char **part)
+{
+    FILE *file = NULL;
+    for (int k = 0; file == NULL && k < MOST_PARTS; k++) {
+        *part = k == 0 ? ry_text_print("%s.%ld.part", path, (long)getpid())
+                       : ry_text_print("%s.%ld%03d.part", path, (long)getpid(), k);
+        file = *part != NULL ? fopen(*part, "wbx") : NULL;
+        if (*part == NULL || (file == NULL && errno != EEXIST) || k + 1 == MOST_PARTS) {
+            break;
+        }
+        if (file == NULL) {
+            free(*part);
+        }
+    }
+    return file;
+}
+
 ry_status ry_text_write(const char *path, const char *text, ry_error *error)
 {
-    char *const part = ry_text_print("%s.%ld.part", path, (long)getpid());
+    char *part = NULL;
+    FILE *const file = open_part(path, &part);
     if (part == NULL) {
         return ry_no_memory(error, strlen(path));
     }
     ry_status status = RY_OK;
-    FILE *const file = fopen(part, "wb");
     int failed = file == NULL || fputs(text, file) < 0;
     if (file != NULL) {
         failed = fflush(file) != 0 || fsync(fileno(file)) != 0 || failed;
@@ -77,10 +98,18 @@ ry_status ry_text_write(const char *path, const char *text, ry_error *error)
     }
     if (failed || rename(part, path) != 0) {
         status = ry_fail(error, RY_BAD_FILE, "%s: can't be written: %s", path, strerror(errno));
-        unlink(part);
+        if (file != NULL) {
+            unlink(part);
+        }
     }
     free(part);
     return status;
+}
+
+int ry_text_stem(const char *path)
+{
+    const size_t length = strlen(path);
+    return (int)(length > 3 && strcmp(path + length - 3, ".h5") == 0 ? length - 3 : length);
 }
 
 char *ry_text_print(const char *format, ...)

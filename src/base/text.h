@@ -17,6 +17,9 @@ ry_status ry_text_read(const char *path, size_t largest, const char *what, char 
 /* Writes under another name, then renames: the file holds the old text or the new one. */
 ry_status ry_text_write(const char *path, const char *text, ry_error *error);
 
+/* Letters of a name without the ending ".h5", if it has it: for "%.*s". */
+int ry_text_stem(const char *path);
+
 /* printf into a string of its own, which the caller frees; NULL without memory. */
 char *ry_text_print(const char *format, ...) __attribute__((format(printf, 1, 2)));
 

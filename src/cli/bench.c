@@ -157,7 +157,7 @@ static void print_progress(void *data, int done, int n)
 
 int ry_cli_bench(int argc, char **argv)
 {
-    arguments a = {.bench = -1, .percent = -1, .is_terminal = isatty(STDERR_FILENO)};
+    arguments a = {.bench = -1, .percent = -1, .is_terminal = ry_cli_is_terminal()};
     const int status = ry_cli_parse("ryusa bench", &argp, 0, argc, argv, &a);
     if (status != RY_OK) {
         return status;

@@ -7,6 +7,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 /* getopt begins its messages with argv[0], which stays "ryusa"; argp's pages begin with state->name,
  * which it sets from there after its INIT. So --help and its like are options of ours, which first put
@@ -42,6 +43,14 @@ int ry_cli_parse(const char *name, const struct argp *argp, unsigned flags, int 
     argv[0] = program;
     argp_err_exit_status = RY_BAD_INPUT;
     return argp_parse(&outer, argc, argv, flags | ARGP_NO_HELP, NULL, input) ? RY_BAD_INPUT : RY_OK;
+}
+
+const char *ry_cli_program = "ryusa";
+
+int ry_cli_is_terminal(void)
+{
+    const char *const term = getenv("TERM");
+    return isatty(STDERR_FILENO) && term && strcmp(term, "dumb") != 0;
 }
 
 error_t ry_cli_misuse(const char *format, ...)

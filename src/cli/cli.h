@@ -22,6 +22,12 @@ int ry_cli_parse(const char *name, const struct argp *argp, unsigned flags, int 
 /* For the functions of an argp: says what is wrong and where help is. Returns EINVAL. */
 error_t ry_cli_misuse(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+/* How the program was called, for hints to be copied: the first word of its command line. */
+extern const char *ry_cli_program;
+
+/* stderr is a terminal on which a line can be rewritten. */
+int ry_cli_is_terminal(void);
+
 /* Prints an error of the library; returns its status. */
 int ry_cli_report(const ry_error *error);
 

@@ -38,7 +38,7 @@ static ry_status find_part(const char *file, ry_error *error)
     free(part);
     return goes_on ? ry_fail(error, RY_BAD_FILE,
                              "%s: is not there, but %s.part is, of a run that goes on or was stopped; see: "
-                             "ryusa info %s.part", file, file, file)
+                             "%s info %s.part", file, file, ry_cli_program, file)
                    : RY_OK;
 }
 

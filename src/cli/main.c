@@ -51,6 +51,7 @@ static int run_command(int argc, char **argv)
 {
     static const struct argp argp = {.parser = parse_main, .args_doc = "COMMAND ...", .doc = page};
     const char *name = NULL;
+    ry_cli_program = argc > 0 ? argv[0] : ry_cli_program; /* ry_cli_parse changes it */
     const int status = ry_cli_parse("ryusa", &argp, ARGP_IN_ORDER, argc, argv, &name);
     if (status != RY_OK) {
         return status;

@@ -10,6 +10,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "cli/cli.h"
+
 static double clock_seconds(void)
 {
     struct timespec t;
@@ -109,10 +111,8 @@ static void show_in_log(const ry_progress *p)
 
 ry_progress ry_progress_start(const ry_config *config, int quiet)
 {
-    const char *term = getenv("TERM");
-    const int able = term && strcmp(term, "dumb") != 0;
     return (ry_progress){.quiet = quiet,
-                         .terminal = able && isatty(STDERR_FILENO),
+                         .terminal = ry_cli_is_terminal(),
                          .dt = config->time_step,
                          .last_step = ry_config_derive(config).steps_end,
                          .shown_step = -1,

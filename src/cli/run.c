@@ -116,8 +116,10 @@ static void print_word(FILE *out, const char *word)
 
 static void print_stopped(const arguments *a, const ry_progress *progress)
 {
-    fprintf(stderr, "ryusa: stopped at t = %.6g s, saved; go on with: ryusa run",
+    fprintf(stderr, "ryusa: stopped at t = %.6g s, saved; go on with:",
             (double)progress->step * progress->dt);
+    print_word(stderr, ry_cli_program);
+    fputs(" run", stderr);
     print_word(stderr, a->scene);
     fputs(" -o", stderr);
     print_word(stderr, a->output);

@@ -196,17 +196,15 @@ static void print_summary(const arguments *a, const ry_sweep_result *r)
         printf("result  %s\n        python3 postprocess/sweep.py %s draws it\n", a->output,
                a->output);
     } else if (r->missing) {
-        printf(
-            "result  when all shares are done; `ryusa sweep --merge' makes it of what is there\n");
+        printf("result  when all shares are done; `%s sweep --merge' makes it of what is there\n", ry_cli_program);
     }
 }
 
 static int run(const arguments *a, const ry_farm *farm, int *gone)
 {
     const int is_silent = farm && farm->rank > 0; /* process 0 speaks for all */
-    const char *const term = getenv("TERM");
     display d = {.quiet = a->quiet || is_silent,
-                 .terminal = isatty(STDERR_FILENO) && term && strcmp(term, "dumb") != 0};
+                 .terminal = ry_cli_is_terminal()};
     ry_error error = {0};
     ry_sweep_result result = {0};
     const ry_sweep_options wish = {.sweep = a->sweep,

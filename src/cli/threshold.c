@@ -6,7 +6,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "cli/cli.h"
 #include "cli/signals.h"
@@ -130,9 +129,8 @@ static void print_result(const arguments *a, const ry_threshold_result *r)
 
 int ry_cli_threshold(int argc, char **argv)
 {
-    const char *const term = getenv("TERM");
     arguments a = {.wish = ry_threshold_options_default(),
-                   .terminal = isatty(STDERR_FILENO) && term && strcmp(term, "dumb") != 0};
+                   .terminal = ry_cli_is_terminal()};
     ry_threshold_result result;
     ry_error error = {0};
     int status = ry_cli_parse("ryusa threshold", &argp, 0, argc, argv, &a);

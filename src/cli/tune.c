@@ -5,7 +5,6 @@
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <unistd.h>
 
 #include "cli/cli.h"
@@ -147,9 +146,8 @@ static int stop_asked(void *data)
 
 static int run(const arguments *a)
 {
-    const char *const term = getenv("TERM");
     display d = {.quiet = a->quiet,
-                 .terminal = isatty(STDERR_FILENO) && term && strcmp(term, "dumb") != 0};
+                 .terminal = ry_cli_is_terminal()};
     const ry_tune_options wish = {.scene = a->scene,
                                   .output = a->output,
                                   .target = a->target,

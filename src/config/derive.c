@@ -4,6 +4,7 @@
  * What follows from a config: the constants of Harada et al. (eqs. 4 and 5), the fluid's scales,
  * the numbers of steps. Letters as in their paper: alpha_m, alpha_cn, beta, k, eta, m. */
 #include "config/keys.h"
+#include "config/laws.h"
 
 static const double pi = 3.14159265358979323846;
 
@@ -60,10 +61,10 @@ static void derive_impact(const ry_config *config, double zeta_wall, ry_derived 
 {
     const double follows = ry_restitution_from_damping(out->zeta_pair);
     const double e = isnan(config->contact_restitution) ? follows : config->contact_restitution;
-    const int tension = config->contact_law == RY_LAW_CUNDALL_TENSION;
+    const ry_law_kind law = ry_laws[config->contact_law];
+    const int tension = law.pulls;
     out->restitution = out->restitution_wall = e;
-    const int hertz = config->contact_law == RY_LAW_TANAKA;
-    if (!tension && !hertz && config->contact_law != RY_LAW_CUNDALL) {
+    if (!law.ratio) {
         return;
     }
     double pair = out->zeta_pair, wall = zeta_wall;
@@ -71,7 +72,7 @@ static void derive_impact(const ry_config *config, double zeta_wall, ry_derived 
         const int exact = !tension && config->contact_mapping == RY_MAPPING_EXACT;
         out->zeta_impact = exact ? ry_damping_from_restitution(e) : usual_damping(e);
         pair = wall = out->zeta_impact;
-    } else if (hertz) {
+    } else if (law.hertz) {
         wall = out->zeta_impact = pair;
     }
     out->restitution = tension ? tension_restitution(pair) : ry_restitution_from_damping(pair);

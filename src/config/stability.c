@@ -11,24 +11,13 @@
  * 3a + 6c < 4. The authors' laws and `energy` bound themselves; their step must only resolve a
  * contact at all: a <= 10 for a pair, a <= 1.5 in a bed, beyond which beds were measured not to come to
  * rest (alpha_m below 8). */
+#include "config/laws.h"
 #include "config/resolve.h"
-
-static int is_cundall(const ry_config *config)
-{
-    return config->contact_law == RY_LAW_CUNDALL || config->contact_law == RY_LAW_CUNDALL_TENSION;
-}
 
 /* The dashpot is that of alpha_cn, no restitution was given. */
 static int dashpot_rules(const ry_check *check)
 {
-    return is_cundall(check->config) && isnan(check->derived.zeta_impact);
-}
-
-static const char *law_name(const ry_config *config)
-{
-    ry_parameter p;
-    (void)ry_config_parameter(config, RY_KEY_contact_law, &p);
-    return p.word;
+    return ry_is_linear_dashpot(check->config) && isnan(check->derived.zeta_impact);
 }
 
 /* Refuses with what makes dt/T smaller by `factor`. */
@@ -36,7 +25,7 @@ static ry_status refuse(const ry_check *check, const char *rule, double value, d
                         double factor)
 {
     const ry_config *config = check->config;
-    const char *law = law_name(config);
+    const char *law = ry_laws[config->contact_law].word;
     if (isnan(config->contact_stiffness)) {
         return ry_check_fail(check, RY_KEY_contact_alpha_m,
                              "too few steps for a contact of law %s: %s = %.4g, the limit is %g; "
@@ -61,8 +50,8 @@ static ry_status check_cundall(const ry_check *check, double a, double inverse)
     const double value = many * (a + 2.0 * c);
     if (!isfinite(c)) {
         return ry_check_fail(check, RY_KEY_contact_restitution,
-                             "0 needs an infinite dashpot in law "
-                             "cundall with contact.mapping: exact; give more than 0");
+                             "0 needs an infinite dashpot in law %s "
+                             "with contact.mapping: exact; give more than 0", ry_laws[config->contact_law].word);
     }
     if (value < 4.0) {
         return RY_OK;
@@ -91,10 +80,11 @@ static ry_status check_fujioka1(const ry_check *check, double a)
 
 double ry_stability_limit(const ry_config *config, int is_bed)
 {
-    if (is_cundall(config) || (config->contact_law == RY_LAW_TANAKA && !is_bed)) {
+    const ry_law_kind law = ry_laws[config->contact_law];
+    if (law.ratio && !(law.hertz && is_bed)) {
         return INFINITY;
     }
-    return config->contact_law == RY_LAW_TANAKA ? 1.0 : (is_bed ? 1.5 : 10.0);
+    return law.hertz ? 1.0 : (is_bed ? 1.5 : 10.0);
 }
 
 static ry_status check_law(const ry_check *check)
@@ -102,7 +92,7 @@ static ry_status check_law(const ry_check *check)
     const ry_config *config = check->config;
     const double inverse = check->inverse[0] + check->inverse[1];
     const double dt = config->time_step, a = check->derived.stiffness * dt * dt * inverse;
-    if (is_cundall(config)) {
+    if (ry_is_linear_dashpot(config)) {
         return check_cundall(check, a, inverse);
     }
     const double limit = ry_stability_limit(config, check->derived.is_bed);
@@ -114,19 +104,20 @@ static ry_status check_law(const ry_check *check)
 
 /* How far the lowest grains of the bed are pressed into each other [m], and `part`: by which factor
  * 1/k must be smaller for that to be `limit`. Law `energy` softens k to k/(1 + 1.5 a) on lasting
- * contacts; tanaka's force is k L (overlap/L)^1.5. */
+ * contacts; the force of a Hertz spring is k L (overlap/L)^1.5. */
 static double static_overlap(const ry_check *check, double limit, double *part)
 {
     const ry_config *config = check->config;
     const ry_derived *q = &check->derived;
+    const ry_law_kind law = ry_laws[config->contact_law];
     const double weight = config->grains_layers * q->mass * q->buoyant_gravity;
     const double linear = weight / q->stiffness, dt = config->time_step;
-    if (config->contact_law == RY_LAW_TANAKA) {
+    if (law.hertz) {
         const double overlap = q->d * pow(linear / q->d, 2.0 / 3.0);
         *part = pow(limit / overlap, 1.5);
         return overlap;
     }
-    const double soft = config->contact_law == RY_LAW_ENERGY
+    const double soft = law.parts
                             ? weight * 1.5 * dt * dt * (check->inverse[0] + check->inverse[1])
                             : 0.0;
     *part = (limit - soft) / linear;
@@ -153,13 +144,13 @@ static ry_status check_load(const ry_check *check)
                              config->grains_layers, overlap / d,
                              check->derived.stiffness / part * 1.001);
     }
-    const double factor = config->contact_law == RY_LAW_TANAKA ? sqrt(part) : sqrt(limit / overlap);
+    const double factor = ry_laws[config->contact_law].hertz ? sqrt(part) : sqrt(limit / overlap);
     return ry_check_fail(check, RY_KEY_time_step,
                          "the bed is too soft: its %d layers press the "
                          "lowest grains %.2g diameters into each other, the limit is 0.3; allowed "
                          "is time.step of at most %.4g s%s",
                          config->grains_layers, overlap / d, config->time_step * factor * 0.999,
-                         isnan(config->contact_stiffness) ? ", or a smaller contact.alpha_m" : "");
+                         isnan(config->contact_stiffness) ? ", or a smaller contact.alpha_m or contact.beta" : "");
 }
 
 static ry_status check_motion(const ry_check *check)

@@ -416,16 +416,3 @@ ry_status ry_result_describe(const char *path, ry_write_fn *write, void *data, r
     ry_h5_close(&file, 1, "", NULL);
     return status;
 }
-
-ry_status ry_result_scene_text(const char *path, char **text, ry_error *error)
-{
-    ry_h5 file;
-    *text = NULL;
-    RY_TRY(ry_h5_open(&file, path, -1, RY_H5_READ, error));
-    ry_status status = ry_parameters_check_ours(file.id, path, error);
-    if (status == RY_OK && ry_h5_read_text(file.id, "parameters/scene", text) != 0) {
-        status = ry_fail(error, RY_BAD_FILE, "%s: the scene in it can't be read", path);
-    }
-    ry_h5_close(&file, 1, "", NULL);
-    return status;
-}

@@ -18,16 +18,6 @@
 #include "base/memory.h"
 #include "io/result_private.h"
 
-char *ry_lock_path(const char *path, const char *suffix)
-{
-    const size_t length = strlen(path) + strlen(suffix) + 1;
-    char *const joined = malloc(length);
-    if (joined != NULL) {
-        snprintf(joined, length, "%s%s", path, suffix);
-    }
-    return joined;
-}
-
 /* 1: the lock is ours and `path` is still the file that it is on. */
 static int take(int fd, const char *path)
 {

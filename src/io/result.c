@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "io/result_private.h"
 #include "io/series.h"
 
@@ -68,8 +69,8 @@ ry_result *ry_result_new(const char *path, const ry_config *config, const ry_sta
                           .fields = config->output_fields,
                           .periodic = config->domain_periodic,
                           .n = state->grains.n};
-    result->path = ry_lock_path(path, "");
-    result->part = ry_lock_path(path, ".part");
+    result->path = ry_text_print("%s", path);
+    result->part = ry_text_print("%s.part", path);
     if (result->path == NULL || result->part == NULL) {
         ry_result_close(result);
         ry_no_memory(error, strlen(path));

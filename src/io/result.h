@@ -32,6 +32,7 @@ typedef struct ry_summary {
     long long samples;
     const char *equilibration_method; /* one sentence */
     int stopped_early;
+    int is_dry;          /* the unit of q* is that without a fluid */
     int has_profile;     /* with the mean of the profiles of the frames after `profile_from` [s] */
     double profile_from;
 } ry_summary;
@@ -96,8 +97,5 @@ ry_status ry_result_describe(const char *path, ry_write_fn *write, void *data, r
  * of the last state saved: what a run that was finished already had found. */
 ry_status ry_result_read_summary(const char *path, ry_summary *summary, unsigned long long *hash,
                                  ry_error *error);
-
-/* The scene text stored in the file, for `run --resume` and for tools; owned by the caller. */
-ry_status ry_result_scene_text(const char *path, char **text, ry_error *error);
 
 #endif

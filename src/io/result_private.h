@@ -69,8 +69,6 @@ int ry_result_write_summary(ry_result *result, hid_t file);
 ry_status ry_lock_open(const char *path, int create, int *fd, ry_error *error);
 /* OUT.h5 can be made: not a directory, its folder there and writable. */
 ry_status ry_lock_check_path(const char *path, ry_error *error);
-/* path with `suffix`; NULL without memory. */
-char *ry_lock_path(const char *path, const char *suffix);
 
 /* Of a file that ry_table_file has made (describe_table.c): whether it is one, and what it holds. */
 int ry_table_is_ours(hid_t file);

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "io/result_private.h"
 #include "io/series.h"
 
@@ -191,7 +192,7 @@ static int copy_bytes(int from, int to)
 /* Copies under another name first: a half copy must never look like an interrupted run. */
 static ry_status copy_to_part(const char *path, const char *part, int *fd, ry_error *error)
 {
-    char *const copy = ry_lock_path(part, ".copy");
+    char *const copy = ry_text_print("%s.copy", part);
     if (copy == NULL) {
         return ry_no_memory(error, strlen(part));
     }
@@ -259,7 +260,7 @@ ry_status ry_result_resume(ry_result **result, const char *path, const ry_config
     *state = (ry_state){0};
     *found = NOTHING;
     RY_TRY(ry_lock_check_path(path, error));
-    char *const part = ry_lock_path(path, ".part");
+    char *const part = ry_text_print("%s.part", path);
     if (part == NULL) {
         return ry_no_memory(error, strlen(path));
     }

@@ -60,8 +60,9 @@
     RY_PROFILE(tau_fluid, "Pa", "stress of the fluid on horizontal planes")  \
     RY_PROFILE(tau_grain, "Pa", "stress of the grains on horizontal planes")
 
-#define RY_CONVENTION                                                                           \
-    "sphere volumes over a slab of width d: q_b = sum(V u)/(L d), q* = q_b/sqrt((s-1) g d^3), " \
+/* What q* is; `excess` is "(s-1) ", or "" without a fluid. */
+#define RY_CONVENTION(excess)                                                                      \
+    "sphere volumes over a slab of width d: q_b = sum(V u)/(L d), q* = q_b/sqrt(" excess "g d^3), " \
     "moving and resting grains alike"
 
 #endif

@@ -32,7 +32,8 @@ static int write_flux(hid_t file, const ry_summary *summary)
                    ry_h5_set_text(file, FLUX, "equilibration_method",
                                   method != NULL ? method : "") == 0 &&
                    ry_h5_set_integer(file, FLUX, "stopped_early", summary->stopped_early) == 0 &&
-                   ry_h5_set_text(file, FLUX, "convention", RY_CONVENTION) == 0
+                   ry_h5_set_text(file, FLUX, "convention",
+                                  summary->is_dry ? RY_CONVENTION("") : RY_CONVENTION("(s-1) ")) == 0
                ? 0
                : -1;
 }

@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "io/result_private.h"
 
 struct ry_table_file {
@@ -71,8 +72,8 @@ ry_status ry_table_file_create(ry_table_file **file, const char *path, const cha
         return ry_no_memory(error, sizeof *made);
     }
     *made = (ry_table_file){.fd = -1, .replace = force};
-    made->path = ry_lock_path(path, "");
-    made->part = ry_lock_path(path, ".part");
+    made->path = ry_text_print("%s", path);
+    made->part = ry_text_print("%s.part", path);
     const ry_status status = made->path == NULL || made->part == NULL
                                  ? ry_no_memory(error, strlen(path))
                                  : begin(made, error);

@@ -2,7 +2,8 @@
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
  * OUT.xdmf: tells ParaView and VisIt where in OUT.h5 the frames lie. It names the file without its
- * folder, so that both can be moved together. */
+ * folder, so that both can be moved together; "./" because their reader drops letters other than ASCII
+ * from the beginning of a text. */
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -10,6 +11,7 @@
 #include <unistd.h>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "io/result_private.h"
 
 typedef struct frames {
@@ -36,6 +38,7 @@ static void put_escaped(FILE *stream, const char *text)
 
 static void put_file(FILE *stream, const frames *all, const char *path)
 {
+    fputs("./", stream);
     put_escaped(stream, all->h5);
     fprintf(stream, ":/particles/grains/%s</DataItem>\n", path);
 }
@@ -176,17 +179,12 @@ static ry_status look_into(frames *all, const char *h5_path, ry_error *error)
 /* OUT.xdmf for OUT.h5, NAME.xdmf for any other NAME. */
 static char *xdmf_path(const char *h5_path)
 {
-    char *const path = ry_lock_path(h5_path, ".xdmf");
-    const size_t length = strlen(h5_path);
-    if (path != NULL && length > 3 && strcmp(h5_path + length - 3, ".h5") == 0) {
-        strcpy(path + length - 3, ".xdmf");
-    }
-    return path;
+    return ry_text_print("%.*s.xdmf", ry_text_stem(h5_path), h5_path);
 }
 
 static ry_status write_and_rename(const char *path, const frames *all, ry_error *error)
 {
-    char *const part = ry_lock_path(path, ".part");
+    char *const part = ry_text_print("%s.part", path);
     if (part == NULL) {
         return ry_no_memory(error, strlen(path));
     }

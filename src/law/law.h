@@ -34,7 +34,7 @@ typedef struct ry_bond {
     double e;           /* restitution of a binary impact */
     double stretch;     /* k_t dt^2/m_t: tangential stiffness, m_t the mass that the contact point feels */
     double per_stretch; /* 1/stretch */
-    double drag;        /* eta_t dt/m_t and what the scheme needs, see ry_bond_tangential */
+    double drag;        /* eta_t dt/m_t and what the scheme needs, see ry_bond_damped */
     double mass_ratio;  /* m_r/m_t */
 } ry_bond;
 

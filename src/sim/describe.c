@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "config/laws.h"
 #include "config/resolve.h"
 #include "io/result.h"
 #include "law/drag.h"
@@ -65,14 +66,15 @@ static void say_contact(const ry_writer *w, const ry_config *config, const ry_de
     say(w, "  damping eta              %.8g N s/m\n", q->damping);
     say(w, "  tangential stiffness k_t %.8g N/m\n", q->stiffness_t);
     say(w, "  a = k dt^2/m_r           %.8g", q->step_ratio);
-    say(w, fabs(pair.a - q->step_ratio) > 1e-9 * pair.a ? " (bounded by the law to %.8g)\n" : "\n", pair.a);
+    say(w, law.bounded > 0.0 ? " (bounded by the law to %.8g)\n" : "\n", pair.a);
     say(w, "  eta dt/m_r               %.8g", law.zeta2 > 0.0 ? law.zeta2 * sqrt(q->step_ratio) : law.eta_dt * 2.0 * im);
     say(w, law.bounded > 0.0 ? " (bounded by the law to %.8g)\n" : "\n", pair.c);
     say(w, "  damping ratio zeta       %.8g (alpha_cn beta on the reduced mass)\n", q->zeta_pair);
     say(w, "  restitution e            %.8g between two grains, %.8g at a wall or fixed grain\n",
         q->restitution, q->restitution_wall);
+    const double overlap = q->mass * q->buoyant_gravity / (q->stiffness * q->d);
     say(w, "  static overlap           %.3g d under the grain's own weight\n",
-        q->mass * q->buoyant_gravity / (q->stiffness * q->d));
+        law.hertz > 0.0 ? pow(overlap, 2.0 / 3.0) : overlap);
 }
 
 /* ---- contacts in a viscous fluid ------------------------------------------------------------- */
@@ -147,7 +149,7 @@ static void say_step(const ry_writer *w, const ry_config *config, const ry_deriv
         q->steps_end, q->steps_frame, q->steps_series);
     const double period = 2.0 * M_PI * sqrt(q->mass / q->stiffness);
     say(w, "  period of a grain        %.6g s = %.4g steps\n", period, period / dt);
-    if (config->contact_law == RY_LAW_CUNDALL || config->contact_law == RY_LAW_CUNDALL_TENSION) {
+    if (ry_is_linear_dashpot(config)) {
         say(w, q->is_bed ? "  3 a + 6 c < 4 in a bed   %.4g\n" : "  a + 2 c < 4 for a pair   %.4g\n",
             (q->is_bed ? 3.0 : 1.0) * (a + 2.0 * c));
     } else if (isfinite(ry_stability_limit(config, q->is_bed))) {

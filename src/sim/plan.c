@@ -11,6 +11,7 @@
 #endif
 
 #include "base/memory.h"
+#include "config/laws.h"
 #include "stage/resting.h"
 #include "stage/skin.h"
 
@@ -43,9 +44,9 @@ ry_law_coef ry_plan_law(const ry_config *config, const ry_derived *derived)
     ry_law_coef q = {.k_dt2 = derived->stiffness * dt * dt, .eta_dt = derived->damping * dt,
                      .e = config->contact_restitution, .friction = config->contact_friction,
                      .ratio_k = ratio, .ratio_eta = sqrt(ratio)};
-    if (config->contact_law == RY_LAW_ENERGY) {
+    if (ry_laws[config->contact_law].parts) {
         q.bounded = RY_BOND_NEIGHBOURS;
-    } else if (config->contact_law == RY_LAW_TANAKA) {
+    } else if (ry_laws[config->contact_law].hertz) {
         q.hertz = 1.0 / sqrt(derived->d); /* the tangential spring stays linear */
         q.root_hertz = sqrt(q.hertz);
         q.eta_dt = 0.0;
@@ -115,7 +116,7 @@ static double most_around(const ry_config *config, const ry_grains *g, const dou
     for (int32_t k = 0; k < g->n; k++) {
         small += im[k] == 0.0 && largest > 3.0 * g->radius[k];
     }
-    return config->contact_law == RY_LAW_ENERGY ? 1.5 * small : 0.0;
+    return ry_laws[config->contact_law].parts ? 1.5 * small : 0.0;
 }
 
 static void set_features(ry_plan *plan, const ry_config *config, int sizes_differ)
@@ -125,7 +126,7 @@ static void set_features(ry_plan *plan, const ry_config *config, int sizes_diffe
                         (plan->has_fluid || config->has_grains);
     plan->has_ledger = (config->output_fields & RY_FIELD_ENERGY) != 0;
     plan->has_sleep = config->contact_sleep > 0.0;
-    plan->motion.moves = ry_contact_law_moves((int)config->contact_law);
+    plan->motion.moves = ry_laws[config->contact_law].moves;
     plan->contact.moves = plan->motion.moves;
     plan->contact.features = (config->contact_friction > 0.0 ? RY_CONTACT_FRICTION : 0) |
                              (sizes_differ || config->contact_wet ? RY_CONTACT_SIZES : 0) |
@@ -177,12 +178,11 @@ ry_film ry_plan_film(const ry_config *config, const ry_derived *derived)
     if (!config->contact_wet) {
         return (ry_film){0};
     }
-    const int law = (int)config->contact_law;
+    const ry_law_kind law = ry_laws[config->contact_law];
     const int asked = !isnan(derived->zeta_impact) && derived->zeta_impact != derived->zeta_pair;
     const int usual = asked && config->contact_mapping == RY_MAPPING_USUAL;
-    return (ry_film){.on = 1, .damps = ry_contact_law_damps(law), .usual = usual || law == RY_LAW_CUNDALL_TENSION,
-                     .pulls = law == RY_LAW_CUNDALL_TENSION,
-                     .unit = law == RY_LAW_TANAKA ? sqrt(5.0) : 2.0, .many = derived->is_bed ? 3.0 : 1.0,
+    return (ry_film){.on = 1, .damps = law.ratio, .usual = usual || law.pulls, .pulls = law.pulls,
+                     .unit = law.hertz ? sqrt(5.0) : 2.0, .many = derived->is_bed ? 3.0 : 1.0,
                      .per_mu = 1.0 / (6.0 * M_PI * config->fluid_density * config->fluid_viscosity)};
 }
 
@@ -218,15 +218,16 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     ry_contact *const c = &plan->contact;
     const ry_motion *const m = &plan->motion;
     const double length = plan->derived.length;
+    const ry_law_kind law = ry_laws[config->contact_law];
     c->coef = ry_plan_law(config, &plan->derived);
     c->film = ry_plan_film(config, &plan->derived);
     for (int k = 0; k < RY_CONTACT_BLOCK; k++) {
-        c->dry[k] = ry_contact_law_damps((int)config->contact_law) ? c->coef.zeta2 : c->coef.e;
+        c->dry[k] = law.ratio ? c->coef.zeta2 : c->coef.e;
     }
-    c->explicit_spring = config->contact_law == RY_LAW_ENERGY || ry_contact_law_damps((int)config->contact_law);
+    c->explicit_spring = law.parts || law.ratio;
     c->kernel = ry_contact_select((int)config->contact_law, c->features);
     c->young = ry_contact_select_young((int)config->contact_law, c->features);
-    c->impacts = c->young == NULL && !ry_contact_law_damps((int)config->contact_law);
+    c->impacts = !law.parts && !law.ratio;
     plan->motion.marks = c->young != NULL;
     c->body = (const double (*)[RY_BODY])m->body;
     c->dt = config->time_step;
@@ -378,7 +379,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     set_skins(b, config, &plan->derived);
     const unsigned wants = (m->moves ? RY_PAIRS_SHIFTS : 0) | (plan->has_ledger ? RY_PAIRS_LEDGER : 0) |
                            (config->contact_wet ? RY_PAIRS_WET : 0) |
-                           (ry_contact_law_rests((int)config->contact_law) ? RY_PAIRS_RESTS : 0) |
+                           (ry_laws[config->contact_law].rests ? RY_PAIRS_RESTS : 0) |
                            (plan->contact.features & RY_CONTACT_KEPT ? RY_PAIRS_BONDS : 0) |
                            (plan->contact.young != NULL ? RY_PAIRS_YOUNG : 0);
     RY_TRY(ry_pairs_create(&plan->pairs, g->n, b->n_walls, wants, error));

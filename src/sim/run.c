@@ -120,7 +120,7 @@ static ry_status take_summary(ry_runner *r, ry_error *error)
                           .autocorrelation_time = flux.autocorrelation_time * q->steps_series * dt,
                           .equilibration_time = equilibration, .samples = flux.samples,
                           .equilibration_method = early ? at_the_start : under_way,
-                          .stopped_early = r->result->stopped_early};
+                          .stopped_early = r->result->stopped_early, .is_dry = !r->sim->plan.has_fluid};
     if (r->sim->plan.has_profile && (r->sim->config.output_fields & RY_FIELD_PROFILE)) {
         summary.has_profile = 1;
         summary.profile_from = equilibration;

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "base/clock.h"
+#include "config/laws.h"
 #include "sim/plan.h"
 #include "stage/skin.h"
 
@@ -207,7 +208,7 @@ static void name_kernels(ry_plan *plan, const ry_config *config)
 {
     const int f = plan->contact.features;
     snprintf(plan->contact_kernel, sizeof plan->contact_kernel, "%s%s%s%s%s",
-             ry_contact_law_name((int)config->contact_law), f & RY_CONTACT_FRICTION ? " + friction" : "",
+             ry_laws[config->contact_law].word, f & RY_CONTACT_FRICTION ? " + friction" : "",
              f & RY_CONTACT_SIZES ? " + sizes" : "", config->contact_wet ? " + wet" : "",
              f & RY_CONTACT_LEDGER ? " + ledger" : "");
 #define RY_NAME(value, word) word,

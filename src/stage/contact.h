@@ -113,15 +113,10 @@ struct ry_contact {
     const int32_t *frozen; /* contacts of a sleeping grain that are not listed, see stage/sleep.h; NULL: all are */
 };
 
-/* The kernels of a law (the order of ryusa/config.h) with RY_CONTACT_ features, and its name. */
+/* The kernels of a law (the order of ryusa/config.h) with RY_CONTACT_ features. */
 ry_contact_fn *ry_contact_select(int law, int features);
 ry_contact_fn *ry_contact_select_young(int law, int features);
 ry_contact_fn *ry_contact_select_close(int features); /* with RY_CONTACT_LEDGER, see ry_contact_close */
-const char *ry_contact_law_name(int law);
-int ry_contact_law_moves(int law);
-
-int ry_contact_law_damps(int law); /* it takes a damping ratio */
-int ry_contact_law_rests(int law); /* its contacts remember where their spring is relaxed */
 
 /* What the film makes of a contact of two grains that close [e, or zeta2]: a, c as in law/law.h of the dry
  * pair, `loss` = 35/St. */

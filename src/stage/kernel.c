@@ -271,18 +271,15 @@ STAMP(close, no_law, CLOSING, 0, 0, 5)
 STAMP(close, no_law, CLOSING, 0, 0, 6)
 STAMP(close, no_law, CLOSING, 0, 0, 7)
 
-#define RY_LAW(name, law, moves, ratio, parts, rests, letter, source) \
+#define RY_LAW(name, law, moves, ratio, parts, ...) \
     FIRST_##parts(name, moves, ratio) THEN_##parts(name, moves, ratio)
 #include "law/laws.def"
 #undef RY_LAW
 
 static const struct {
-    const char *name;
-    int moves, ratio, rests;
     ry_contact_fn *kernel[RY_CONTACT_STAMPS], *young[RY_CONTACT_STAMPS];
 } laws[] = {
-#define RY_LAW(name, law, moves, ratio, parts, rests, letter, source) \
-    {#name, moves, ratio, rests, ALL(first_##name), YOUNG_##parts(name)},
+#define RY_LAW(name, law, moves, ratio, parts, ...) {ALL(first_##name), YOUNG_##parts(name)},
 #include "law/laws.def"
 #undef RY_LAW
 };
@@ -302,24 +299,4 @@ ry_contact_fn *ry_contact_select_close(int features)
     static ry_contact_fn *const kernels[RY_CONTACT_STAMPS] = {NULL,    NULL,    NULL,    NULL,
                                                               close_4, close_5, close_6, close_7};
     return kernels[features & ~RY_CONTACT_KEPT];
-}
-
-const char *ry_contact_law_name(int law)
-{
-    return laws[law].name;
-}
-
-int ry_contact_law_moves(int law)
-{
-    return laws[law].moves;
-}
-
-int ry_contact_law_damps(int law)
-{
-    return laws[law].ratio;
-}
-
-int ry_contact_law_rests(int law)
-{
-    return laws[law].rests;
 }

@@ -7,10 +7,6 @@
 
 #include "study/bench_private.h"
 
-#define RY_NAME(value, word) word,
-const char *const ry_bench_law[RY_LAW_COUNT] = {RY_LIST_law(RY_NAME)};
-#undef RY_NAME
-
 static const struct {
     const char *word, *text;
     ry_status (*run)(ry_bench_run *run, ry_error *error);

@@ -114,10 +114,10 @@ static void write_curve(const study *s, const curve *c)
     }
     for (int i = 0; i < COLUMNS; i++) {
         const ry_bench_path at =
-            ry_bench_at("%s/%s/%s", c->problem->name, ry_bench_law[c->law], name[i]);
+            ry_bench_at("%s/%s/%s", c->problem->name, ry_laws[c->law].word, name[i]);
         ry_table_file_numbers(s->run->file, at.text, unit[i], text[i], n, value[i]);
     }
-    const ry_bench_path at = ry_bench_at("%s/%s", c->problem->name, ry_bench_law[c->law]);
+    const ry_bench_path at = ry_bench_at("%s/%s", c->problem->name, ry_laws[c->law].word);
     ry_table_file_set_text(s->run->file, at.text, "refused", c->attempt[0].message);
     ry_table_file_set_number(s->run->file, at.text, "steps_refused", n_shown(c) - n);
     if (c->problem->has_reference) {
@@ -156,7 +156,7 @@ static void say_problem(const study *s, const ry_problem *p)
         if (c->problem != p) {
             continue;
         }
-        ry_bench_say(s->run, "  %-18s", ry_bench_law[c->law]);
+        ry_bench_say(s->run, "  %-18s", ry_laws[c->law].word);
         for (int i = 0; i < LEVELS; i++) {
             const ry_attempt *const a = cheapest(c, levels[i]);
             if (a == NULL) {
@@ -223,7 +223,7 @@ static void say_goals(const study *s)
             (law == RY_LAW_CUNDALL || law == RY_LAW_CUNDALL_TENSION)) {
             ry_bench_say(
                 s->run, "binary: at equal error %s takes at least %.3g times the steps of energy\n",
-                ry_bench_law[law], least_ratio(energy, c));
+                ry_laws[law].word, least_ratio(energy, c));
         }
     }
     for (int k = 0; k < RY_PROBLEMS && ry_bench_laws(s->run) == RY_LAW_COUNT; k++) {

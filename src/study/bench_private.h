@@ -7,6 +7,7 @@
 
 #include <math.h>
 
+#include "config/laws.h"
 #include "io/table_file.h"
 #include "study/bench.h"
 #include "study/each.h"
@@ -28,9 +29,6 @@ typedef struct ry_bench_path {
     char text[160];
 } ry_bench_path;
 __attribute__((format(printf, 1, 2))) ry_bench_path ry_bench_at(const char *format, ...);
-
-/* Words of the contact laws, by ry_law. */
-extern const char *const ry_bench_law[RY_LAW_COUNT];
 
 /* Which laws were asked for, and how many. */
 int ry_bench_has_law(const ry_bench_run *run, int law);

@@ -10,6 +10,7 @@
 
 #include "base/clock.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "sim/sim.h"
 #include "study/bench_limit.h"
 #include "study/bench_machine.h"
@@ -73,7 +74,7 @@ static double reached(const row *r)
 static void say_row(const study *s, const row *r)
 {
     ry_bench_say(s->run, "%-8s %-8s %8d %7d %10.3f M %6.2f M %7.0f %8.2f %5.2f %5.2f %6.0f %% ",
-                 scenes[r->sheared], ry_bench_law[laws[r->law]], r->n, r->threads, r->rate * 1e-6,
+                 scenes[r->sheared], ry_laws[laws[r->law]].word, r->n, r->threads, r->rate * 1e-6,
                  r->median * 1e-6, r->bytes, r->contacts, r->arithmetic, r->moving, 100.0 * reached(r));
     for (int i = 0; i < r->n_stages; i++) {
         ry_bench_say(s->run, " %s %.3g", r->stage[i], r->ns[i]);
@@ -126,10 +127,10 @@ static void say_ratios(const study *s)
         const row *const alone = find_row(s, r, r->n, 1), *const small = find_row(s, r, 1000, 1);
         if (r->threads > 1) {
             ry_bench_say(s->run, "%s %s, %d grains: %d threads %.2f times one\n", scenes[r->sheared],
-                         ry_bench_law[laws[r->law]], r->n, r->threads, times_as_fast(r, alone));
+                         ry_laws[laws[r->law]].word, r->n, r->threads, times_as_fast(r, alone));
         } else if (small != NULL && r->n > small->n) {
             ry_bench_say(s->run, "%s %s, %d grains: a grain-step costs %.2f times that of 1000 grains\n",
-                         scenes[r->sheared], ry_bench_law[laws[r->law]], r->n, times_as_fast(small, r));
+                         scenes[r->sheared], ry_laws[laws[r->law]].word, r->n, times_as_fast(small, r));
         }
     }
 }
@@ -314,7 +315,7 @@ static ry_status lay_rows(study *s, ry_error *error)
     s->run->n = s->n;
     return s->n > 0 ? RY_OK
                     : ry_fail(error, RY_BAD_INPUT, "bench speed: -l: the laws whose speed is measured are %s and %s",
-                              ry_bench_law[laws[0]], ry_bench_law[laws[1]]);
+                              ry_laws[laws[0]].word, ry_laws[laws[1]].word);
 }
 
 /* --- what is written ---------------------------------------------------------------------------- */
@@ -346,7 +347,7 @@ static void write_file(const study *s, const ry_machine *machine)
         const double line[COLUMNS] = {r->n,        r->threads,    r->rate,   r->median, r->bytes,
                                       r->contacts, r->arithmetic, r->moving, reached(r)};
         scene[k] = scenes[r->sheared];
-        law[k] = ry_bench_law[laws[r->law]];
+        law[k] = ry_laws[laws[r->law]].word;
         for (int i = 0; i < COLUMNS; i++) {
             value[i][k] = line[i];
         }
@@ -371,14 +372,7 @@ static void write_file(const study *s, const ry_machine *machine)
 /* bench-speed.h5 -> bench-speed.csv */
 static char *csv_name(const char *output)
 {
-    const size_t length = strlen(output);
-    const size_t stem = length > 3 && strcmp(output + length - 3, ".h5") == 0 ? length - 3 : length;
-    char *const name = malloc(stem + sizeof ".csv");
-    if (name != NULL) {
-        memcpy(name, output, stem);
-        memcpy(name + stem, ".csv", sizeof ".csv");
-    }
-    return name;
+    return ry_text_print("%.*s.csv", ry_text_stem(output), output);
 }
 
 static void fill_csv(FILE *file, const study *s, const ry_machine *m)
@@ -390,7 +384,7 @@ static void fill_csv(FILE *file, const study *s, const ry_machine *m)
     for (int k = 0; k < s->n; k++) {
         const row *const r = &s->rows[k];
         fprintf(file, "%s,%s,%d,%d,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.3f\n", scenes[r->sheared],
-                ry_bench_law[laws[r->law]], r->n, r->threads, r->rate, r->median, r->bytes,
+                ry_laws[laws[r->law]].word, r->n, r->threads, r->rate, r->median, r->bytes,
                 r->contacts, r->arithmetic, r->moving, reached(r));
     }
 }

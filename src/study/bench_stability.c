@@ -110,7 +110,7 @@ static void write_law(const study *s, const point *p, int n)
         value[3][k] = q->rise;
         message[k] = q->message;
     }
-    const char *const map = ry_maps[p->map].name, *const law = ry_bench_law[p->law];
+    const char *const map = ry_maps[p->map].name, *const law = ry_laws[p->law].word;
     for (int k = 0; k < 4; k++) {
         ry_table_file_numbers(s->run->file, ry_bench_at("%s/%s/%s", map, law, name[k]).text, "1",
                               text[k], n, value[k]);
@@ -144,7 +144,7 @@ static void say_law(const study *s, const point *p, int n)
     for (int k = 0; k < n; k++) {
         count[p[k].stress.class]++;
     }
-    ry_bench_say(s->run, "  %-18s", ry_bench_law[p->law]);
+    ry_bench_say(s->run, "  %-18s", ry_laws[p->law].word);
     for (int c = 0; c < RY_STRESS_COUNT; c++) {
         ry_bench_say(s->run, count[c] ? " %8d" : "        .", count[c]);
     }
@@ -180,7 +180,7 @@ static void say(const study *s)
             say_law(s, p, n);
         }
     }
-    ry_bench_say(s->run, "law %s where it is worse than that:\n", ry_bench_law[RY_LAW_ENERGY]);
+    ry_bench_say(s->run, "law %s where it is worse than that:\n", ry_laws[RY_LAW_ENERGY].word);
     say_worst(s, RY_LAW_ENERGY);
 }
 

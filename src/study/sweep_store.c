@@ -23,10 +23,9 @@ ry_status ry_sweep_store_init(ry_sweep_store *store, const char *output, int n_c
                               ry_error *error)
 {
     const size_t length = strlen(output);
-    const int has_ending = length > 3 && strcmp(output + length - 3, ".h5") == 0;
     *store =
         (ry_sweep_store){.output = strdup(output), .n_cases = n_cases, .digits = 4, .lock = -1};
-    store->folder = ry_text_print("%.*s.d", (int)(has_ending ? length - 3 : length), output);
+    store->folder = ry_text_print("%.*s.d", ry_text_stem(output), output);
     for (int n = n_cases; n > 9999; n /= 10) {
         store->digits++;
     }
@@ -147,7 +146,7 @@ static const char *const endings[] = {".txt", ".h5", ".h5.part", ".h5.part.journ
                                       ".xdmf.part", NULL};
 enum { TELLING = 3 };
 
-/* 1: as ry_text_write names it, ".txt.PID.part". */
+/* 1: as ry_text_write names it, ".txt.NUMBER.part". */
 static int is_half_record(const char *ending)
 {
     const size_t digits = strncmp(ending, ".txt.", 5) == 0 ? strspn(ending + 5, "0123456789") : 0;

@@ -303,8 +303,7 @@ static ry_status check_outputs(ry_tune_run *run, ry_error *error)
 {
     const char *const output = run->wish->output;
     const size_t length = strlen(output);
-    const int has_end = length > 3 && strcmp(output + length - 3, ".h5") == 0;
-    run->yaml_path = ry_text_print("%.*s.yaml", (int)(has_end ? length - 3 : length), output);
+    run->yaml_path = ry_text_print("%.*s.yaml", ry_text_stem(output), output);
     if (run->yaml_path == NULL) {
         return ry_no_memory(error, length);
     }

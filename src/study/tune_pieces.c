@@ -98,9 +98,7 @@ static ry_status read_ringing(ry_tune_piece *piece, int n, double spacing, ry_er
         from--;
     }
     ry_ringing ringing;
-    ry_status status;
-#pragma omp critical
-    status = ry_spectrum_ringing(curve + from, n - from, &ringing, error);
+    const ry_status status = ry_spectrum_ringing(curve + from, n - from, &ringing, error);
     piece->value[RY_TUNE_PERIOD] = spacing / ringing.frequency;
     piece->value[RY_TUNE_RINGING] = ringing.damping;
     return status;
@@ -132,16 +130,6 @@ static ry_status settle(ry_tune_piece *piece, ry_sim *sim, ry_tune_stop *stop, v
 
 /* --- flux --- */
 
-/* FFTW's plans may not be made by two threads at once. */
-static ry_status statistics(const double *series, int64_t n, ry_series_statistics *out,
-                            ry_error *error)
-{
-    ry_status status;
-#pragma omp critical
-    status = ry_series_equilibrated(series, n, out, error);
-    return status;
-}
-
 static int is_enough(const ry_tune_piece *piece, const ry_series_statistics *s)
 {
     const double wanted = fmax(RELATIVE_GOAL * fabs(s->mean), piece->goal * piece->target);
@@ -164,7 +152,7 @@ static ry_status sample_flux(ry_tune_piece *piece, ry_sim *sim, double *series, 
             return RY_STOPPED;
         }
         if ((double)n * spacing >= look || n == all) {
-            RY_TRY(statistics(series, n, &s, error));
+            RY_TRY(ry_series_equilibrated(series, n, &s, error));
             look *= LOOK_FACTOR;
             if (is_enough(piece, &s)) {
                 break;

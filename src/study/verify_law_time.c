@@ -27,7 +27,7 @@ typedef void evaluate_fn(touches *t);
     t->f[k] = push.f;                                                                    \
     t->shift[k] = push.shift
 
-#define RY_LAW(name, law, moves, ratio, parts, rests, letter, source)      \
+#define RY_LAW(name, law, ...)                     \
     RY_CLONES static void together_##name(touches *t) \
     {                                                 \
         for (int k = 0; k < CONTACTS; k++) {          \
@@ -45,7 +45,7 @@ typedef void evaluate_fn(touches *t);
 #undef RY_LAW
 
 static evaluate_fn *const evaluate[][2] = {
-#define RY_LAW(name, law, moves, ratio, parts, rests, letter, source) {together_##name, alone_##name},
+#define RY_LAW(name, law, ...) {together_##name, alone_##name},
 #include "law/laws.def"
 #undef RY_LAW
 };
