@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/link.h"
 #include "base/memory.h"
 
 static ry_status read_stream(FILE *file, const char *path, size_t largest, const char *what,
@@ -64,22 +65,25 @@ ry_status ry_text_read(const char *path, size_t largest, const char *what, char 
 
 ry_status ry_text_write(const char *path, const char *text, ry_error *error)
 {
-    char *const part = ry_text_print("%s.%ld.part", path, (long)getpid());
+    char *target = NULL;
+    ry_status status = ry_link_follow(path, &target, error);
+    char *const part = status == RY_OK ? ry_text_print("%s.%ld.part", target, (long)getpid()) : NULL;
     if (part == NULL) {
-        return ry_no_memory(error, strlen(path));
+        free(target);
+        return status == RY_OK ? ry_no_memory(error, strlen(path)) : status;
     }
-    ry_status status = RY_OK;
     FILE *const file = fopen(part, "wb");
     int failed = file == NULL || fputs(text, file) < 0;
     if (file != NULL) {
         failed = fflush(file) != 0 || fsync(fileno(file)) != 0 || failed;
         failed = fclose(file) != 0 || failed;
     }
-    if (failed || rename(part, path) != 0) {
+    if (failed || rename(part, target) != 0) {
         status = ry_fail(error, RY_BAD_FILE, "%s: can't be written: %s", path, strerror(errno));
         unlink(part);
     }
     free(part);
+    free(target);
     return status;
 }
 

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/link.h"
 #include "base/memory.h"
 #include "io/result_private.h"
 
@@ -54,11 +55,14 @@ static ry_status begin(ry_table_file *file, ry_error *error)
 
 ry_status ry_table_file_check(const char *path, int force, ry_error *error)
 {
-    RY_TRY(ry_lock_check_path(path, error));
-    if (!force && access(path, F_OK) == 0) {
-        return ry_fail(error, RY_BAD_FILE, "%s: exists; --force overwrites it", path);
+    char *target = NULL;
+    RY_TRY(ry_link_follow(path, &target, error));
+    ry_status status = ry_lock_check_path(target, error);
+    if (status == RY_OK && !force && access(target, F_OK) == 0) {
+        status = ry_fail(error, RY_BAD_FILE, "%s: exists; --force overwrites it", path);
     }
-    return RY_OK;
+    free(target);
+    return status;
 }
 
 ry_status ry_table_file_create(ry_table_file **file, const char *path, const char *program,
@@ -71,11 +75,11 @@ ry_status ry_table_file_create(ry_table_file **file, const char *path, const cha
         return ry_no_memory(error, sizeof *made);
     }
     *made = (ry_table_file){.fd = -1, .replace = force};
-    made->path = ry_lock_path(path, "");
-    made->part = ry_lock_path(path, ".part");
-    const ry_status status = made->path == NULL || made->part == NULL
-                                 ? ry_no_memory(error, strlen(path))
-                                 : begin(made, error);
+    ry_status status = ry_link_follow(path, &made->path, error);
+    if (status == RY_OK) {
+        made->part = ry_lock_path(made->path, ".part");
+        status = made->part == NULL ? ry_no_memory(error, strlen(path)) : begin(made, error);
+    }
     if (status != RY_OK) {
         release(made);
         return status;

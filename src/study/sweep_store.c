@@ -14,6 +14,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/link.h"
 #include "base/memory.h"
 #include "base/text.h"
 
@@ -22,15 +23,15 @@ enum { LARGEST = 64 << 20, LARGEST_RECORD = 1 << 16, LOCK_TRIES = 100, LOCK_WAIT
 ry_status ry_sweep_store_init(ry_sweep_store *store, const char *output, int n_cases,
                               ry_error *error)
 {
-    const size_t length = strlen(output);
-    const int has_ending = length > 3 && strcmp(output + length - 3, ".h5") == 0;
-    *store =
-        (ry_sweep_store){.output = strdup(output), .n_cases = n_cases, .digits = 4, .lock = -1};
-    store->folder = ry_text_print("%.*s.d", (int)(has_ending ? length - 3 : length), output);
+    *store = (ry_sweep_store){.n_cases = n_cases, .digits = 4, .lock = -1};
+    RY_TRY(ry_link_follow(output, &store->output, error));
+    const size_t length = strlen(store->output);
+    const int has_ending = length > 3 && strcmp(store->output + length - 3, ".h5") == 0;
+    store->folder = ry_text_print("%.*s.d", (int)(has_ending ? length - 3 : length), store->output);
     for (int n = n_cases; n > 9999; n /= 10) {
         store->digits++;
     }
-    if (store->output == NULL || store->folder == NULL) {
+    if (store->folder == NULL) {
         ry_sweep_store_close(store);
         return ry_no_memory(error, length);
     }

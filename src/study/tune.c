@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "base/clock.h"
+#include "base/link.h"
 #include "base/memory.h"
 #include "base/random.h"
 #include "base/text.h"
@@ -282,11 +283,10 @@ static ry_status open_journal(ry_tune_run *run, ry_error *error)
     char mark[100];
     snprintf(mark, sizeof mark, "ryusa tune %s %s %016llx", ry_version(),
              run->wish->quick ? "quick" : "full", (unsigned long long)hash);
-    return ry_tune_journal_open(&run->journal, run->wish->output, mark, run->wish->resume,
+    return ry_tune_journal_open(&run->journal, run->output, mark, run->wish->resume,
                                 run->wish->force, error);
 }
 
-/* OUT.h5 -> OUT.yaml, which must neither be the scene nor be there already. */
 /* Begins as a tuned scene does: an earlier one may be replaced by a resume, nobody's own scene. */
 static int is_tuned_scene(const char *path)
 {
@@ -299,9 +299,11 @@ static int is_tuned_scene(const char *path)
     return read && strcmp(first, RY_TUNE_SCENE_HEAD) == 0;
 }
 
+/* OUT.h5 -> OUT.yaml, which must neither be the scene nor be there already. */
 static ry_status check_outputs(ry_tune_run *run, ry_error *error)
 {
-    const char *const output = run->wish->output;
+    RY_TRY(ry_link_follow(run->wish->output, &run->output, error));
+    const char *const output = run->output;
     const size_t length = strlen(output);
     const int has_end = length > 3 && strcmp(output + length - 3, ".h5") == 0;
     run->yaml_path = ry_text_print("%.*s.yaml", (int)(has_end ? length - 3 : length), output);
@@ -370,6 +372,7 @@ static void release(ry_tune_run *run, int forget)
     ry_target_free(&run->target);
     free(run->joint.sample);
     ry_config_free(&run->base);
+    free(run->output);
     free(run->yaml_path);
 }
 
