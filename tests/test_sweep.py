@@ -5,6 +5,7 @@
 failures, shards, and what is refused.    ctest: timeout 300"""
 import os
 import re
+import resource
 import signal
 import subprocess
 import sys
@@ -415,6 +416,23 @@ class Sweep(unittest.TestCase):
                      says=["time.end was 0.02", "or to begin anew, remove s.d, or --force without --shard"])
         self.assertEqual(self.table()["cases/status"].tolist(), [0, 0])
         self.sweep("--force")
+
+    def grains(self, n, head):
+        rows = "".join(f"{head}{0.001 * (k % 200):.3f}, {0.001 * (k // 200 + 1):.3f}{']}' if head else ''}\n" for k in range(n))
+        (self.folder / "t.csv").write_text("x, z\n" + rows)
+        (self.folder / "scene.yaml").write_text("time: {step: 20 us, end: 20 us}\noutput: {fields: [flux]}\nparticles:\n" +
+                                                (rows if head else "  - {file: t.csv, fixed: true}\n"))
+
+    def test_many_particles(self):
+        """To compare a sweep with the one that is there took the square of their number: minutes."""
+        self.write("vary: {domain.gravity: [1, 2]}\n")
+        for head in ("- {fixed: true, position: [", ""):
+            self.grains(40000, head)
+            begun = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+            self.sweep("--quiet", "--force")
+            self.assertLess(sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2]) - begun, 15)
+            self.grains(39999, head)
+            self.refuses(2, "s.yaml", "--resume", says=["holds another sweep", "particles[39999]" if head else "39999 grains"])
 
     def test_bad_files(self):
         bad = [
