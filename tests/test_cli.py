@@ -94,6 +94,26 @@ class Cli(unittest.TestCase):
         self.assertEqual((r.returncode, r.stderr), (0, ""))
         self.assertIn("q", r.stdout)
 
+    def test_part_that_goes_away(self):
+        """What has its name by then is another's, and was taken for the end of this run."""
+        for then in ("removed", "replaced"):
+            job = subprocess.Popen([PROGRAM, "run", "scene.yaml", "-s", "time.end=400 s", "-o", "away.h5"], cwd=self.folder,
+                                   text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            part = self.folder / "away.h5.part"
+            while not part.exists():
+                time.sleep(0.01)
+            time.sleep(0.5)
+            part.rename(self.folder / "moved.h5.part")
+            if then == "replaced":
+                part.write_text("another's")
+            job.send_signal(signal.SIGINT)
+            _, err = job.communicate(timeout=30)
+            self.assertEqual(job.returncode, 4, err)
+            self.assertIn("away.h5.part: was moved away or removed", err)
+            self.assertEqual(part.read_text() if part.exists() else "", "another's" if then == "replaced" else "")
+            self.assertEqual(self.run_program("info", "moved.h5.part").returncode, 0)
+            self.assertFalse((self.folder / "away.h5").exists())
+
     def test_lost_sector(self):
         """HDF5 never ends, or breaks down, in a heap of texts that is damaged; what is left is told, or refused."""
         self.run_program("run", "scene.yaml", "-o", "whole.h5", "--quiet")

@@ -32,6 +32,9 @@ static void release(ry_table_file *file)
 
 static void remove_part(const ry_table_file *file)
 {
+    if (ry_lock_check_name(file->fd, file->part, NULL) != RY_OK) {
+        return; /* another's by now */
+    }
     unlink(file->part);
     ry_atomic_forget_journal(file->part);
 }
@@ -176,6 +179,9 @@ static ry_status rename_part(const ry_table_file *file, ry_error *error)
 ry_status ry_table_file_finish(ry_table_file *file, ry_error *error)
 {
     ry_status status = ry_h5_close(&file->h5, file->failed, "write it", error);
+    if (status == RY_OK) {
+        status = ry_lock_check_name(file->fd, file->part, error);
+    }
     if (status == RY_OK) {
         status = rename_part(file, error);
     }
