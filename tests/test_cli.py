@@ -94,6 +94,43 @@ class Cli(unittest.TestCase):
         self.assertEqual((r.returncode, r.stderr), (0, ""))
         self.assertIn("q", r.stdout)
 
+    def test_part_that_goes_away(self):
+        """What has its name by then is another's, and was taken for the end of this run."""
+        for then in ("removed", "replaced"):
+            job = subprocess.Popen([PROGRAM, "run", "scene.yaml", "-s", "time.end=400 s", "-o", "away.h5"], cwd=self.folder,
+                                   text=True, stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+            part = self.folder / "away.h5.part"
+            while not part.exists():
+                time.sleep(0.01)
+            time.sleep(0.5)
+            part.rename(self.folder / "moved.h5.part")
+            if then == "replaced":
+                part.write_text("another's")
+            job.send_signal(signal.SIGINT)
+            _, err = job.communicate(timeout=30)
+            self.assertEqual(job.returncode, 4, err)
+            self.assertIn("away.h5.part: was moved away or removed", err)
+            self.assertEqual(part.read_text() if part.exists() else "", "another's" if then == "replaced" else "")
+            self.assertEqual(self.run_program("info", "moved.h5.part").returncode, 0)
+            self.assertFalse((self.folder / "away.h5").exists())
+
+    def test_lost_sector(self):
+        """HDF5 never ends, or breaks down, in a heap of texts that is damaged; what is left is told, or refused."""
+        self.run_program("run", "scene.yaml", "-o", "whole.h5", "--quiet")
+        whole = (self.folder / "whole.h5").read_bytes()
+        heaps = [m.start() for m in re.finditer(b"GCOL\x01", whole)]
+        self.assertGreater(len(heaps), 0)
+        for at, bytes_ in [(16, bytes(496)), (24, b"\xff" * 7 + b"\x7f"), (24, b"\xff" * 8), (24, b"\0\0\0\0\1\0\0\0"),
+                           (512, bytes(512))]:
+            for heap in heaps:
+                damaged = whole[:heap + at] + bytes_ + whole[heap + at + len(bytes_):]
+                for name in ("d.h5", "e.h5.part"):
+                    (self.folder / name).write_bytes(damaged)
+                self.assertIn(self.run_program("info", "d.h5").returncode, (0, 4))
+                for name in ("d.h5", "e.h5"):
+                    r = self.run_program("run", "scene.yaml", "-o", name, "--resume", "-s", "time.end=22 ms")
+                    self.assertIn(r.returncode, (0, 4), r.stderr)
+
     def test_flux_that_nobody_knows(self):
         for words in (("time.settle=1",), ("time.end=0",), ("time.settle=20 ms",)):
             r = self.run_program("run", "scene.yaml", "--force", *[w for word in words for w in ("-s", word)])

@@ -3,12 +3,17 @@
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """ryusa sweep: sampling, the table and its links, the same bits however it is run, kills and resume,
 failures, shards, and what is refused."""
+import fcntl
 import os
+import pty
 import re
+import resource
 import signal
+import struct
 import subprocess
 import sys
 import tempfile
+import termios
 import time
 import unittest
 from pathlib import Path
@@ -415,6 +420,44 @@ class Sweep(unittest.TestCase):
                      says=["time.end was 0.02", "or to begin anew, remove s.d, or --force without --shard"])
         self.assertEqual(self.table()["cases/status"].tolist(), [0, 0])
         self.sweep("--force")
+
+    def test_narrow_terminal(self):
+        self.write("vary: {fluid.shields: [0.2, 0.4]}\n")
+        pid, terminal = pty.fork()
+        if pid == 0:
+            fcntl.ioctl(2, termios.TIOCSWINSZ, struct.pack("HHHH", 2, 12, 0, 0))
+            os.chdir(self.folder)
+            os.execve(PROGRAM, ["ryusa", "sweep", "s.yaml", "-s", "time.end=0.2 s"], {**PLAIN, "TERM": "xterm"})
+        text = b""
+        while True:
+            try:
+                piece = os.read(terminal, 4096)
+            except OSError:
+                break
+            if not piece:
+                break
+            text += piece
+        self.assertEqual(os.waitpid(pid, 0)[1], 0)
+        lines = [line for line in re.findall(r"\x1b\[K([^\r\n\x1b]*)", text.decode()) if re.match(r" *\d+ %", line)]
+        self.assertTrue(lines, text)
+        self.assertLess(max(map(len, lines)), 12)
+
+    def grains(self, n, head):
+        rows = "".join(f"{head}{0.001 * (k % 200):.3f}, {0.001 * (k // 200 + 1):.3f}{']}' if head else ''}\n" for k in range(n))
+        (self.folder / "t.csv").write_text("x, z\n" + rows)
+        (self.folder / "scene.yaml").write_text("time: {step: 20 us, end: 20 us}\noutput: {fields: [flux]}\nparticles:\n" +
+                                                (rows if head else "  - {file: t.csv, fixed: true}\n"))
+
+    def test_many_particles(self):
+        """To compare a sweep with the one that is there took the square of their number: minutes."""
+        self.write("vary: {domain.gravity: [1, 2]}\n")
+        for head in ("- {fixed: true, position: [", ""):
+            self.grains(40000, head)
+            begun = sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2])
+            self.sweep("--quiet", "--force")
+            self.assertLess(sum(resource.getrusage(resource.RUSAGE_CHILDREN)[:2]) - begun, 15)
+            self.grains(39999, head)
+            self.refuses(2, "s.yaml", "--resume", says=["holds another sweep", "particles[39999]" if head else "39999 grains"])
 
     def test_bad_files(self):
         bad = [

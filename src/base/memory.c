@@ -42,7 +42,9 @@ void *ry_array(size_t count, size_t size)
 
 ry_status ry_no_memory(ry_error *error, size_t bytes)
 {
-    return ry_fail(error, RY_BAD_FILE, "out of memory: %zu MiB more were needed", bytes >> 20);
+    const int is_large = bytes >= (size_t)1 << 20;
+    return ry_fail(error, RY_BAD_FILE, "out of memory: %zu %s more were needed", bytes >> (is_large ? 20 : 0),
+                   is_large ? "MiB" : "bytes");
 }
 
 ry_status ry_array_grow(void *array, size_t *capacity, size_t used, size_t wanted, size_t size,

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/link.h"
 #include "base/memory.h"
 
 enum { MOST_PARTS = 1000 };
@@ -85,24 +86,26 @@ static FILE *open_part(const char *path, char **part)
 
 ry_status ry_text_write(const char *path, const char *text, ry_error *error)
 {
-    char *part = NULL;
-    FILE *const file = open_part(path, &part);
+    char *target = NULL, *part = NULL;
+    ry_status status = ry_link_follow(path, &target, error);
+    FILE *const file = status == RY_OK ? open_part(target, &part) : NULL;
     if (part == NULL) {
-        return ry_no_memory(error, strlen(path));
+        free(target);
+        return status == RY_OK ? ry_no_memory(error, strlen(path)) : status;
     }
-    ry_status status = RY_OK;
     int failed = file == NULL || fputs(text, file) < 0;
     if (file != NULL) {
         failed = fflush(file) != 0 || fsync(fileno(file)) != 0 || failed;
         failed = fclose(file) != 0 || failed;
     }
-    if (failed || rename(part, path) != 0) {
+    if (failed || rename(part, target) != 0) {
         status = ry_fail(error, RY_BAD_FILE, "%s: can't be written: %s", path, strerror(errno));
         if (file != NULL) {
             unlink(part);
         }
     }
     free(part);
+    free(target);
     return status;
 }
 

@@ -14,7 +14,7 @@
 ry_status ry_text_read(const char *path, size_t largest, const char *what, char **text,
                        ry_error *error);
 
-/* Writes under another name, then renames: the file holds the old text or the new one. */
+/* Writes under another name, then renames: the file (where a link leads to) holds the old text or the new one. */
 ry_status ry_text_write(const char *path, const char *text, ry_error *error);
 
 /* Letters of a name without the ending ".h5", if it has it: for "%.*s". */

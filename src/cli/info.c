@@ -3,8 +3,6 @@
  *
  * ryusa info: what a result file, or the table of a sweep, holds. */
 #include <stdlib.h>
-#include <string.h>
-#include <unistd.h>
 
 #include "cli/cli.h"
 
@@ -26,22 +24,6 @@ static const struct argp argp = {
         "run that goes on, or was killed, can be read as well.",
 };
 
-/* The file of a run that goes on, or was stopped, has another name. */
-static ry_status find_part(const char *file, ry_error *error)
-{
-    char *const part = malloc(strlen(file) + sizeof ".part");
-    if (part == NULL) {
-        return RY_OK; /* the file itself will tell */
-    }
-    strcat(strcpy(part, file), ".part");
-    const int goes_on = access(file, F_OK) != 0 && access(part, F_OK) == 0;
-    free(part);
-    return goes_on ? ry_fail(error, RY_BAD_FILE,
-                             "%s: is not there, but %s.part is, of a run that goes on or was stopped; see: "
-                             "%s info %s.part", file, file, ry_cli_program, file)
-                   : RY_OK;
-}
-
 int ry_cli_info(int argc, char **argv)
 {
     const char *file = NULL;
@@ -50,9 +32,6 @@ int ry_cli_info(int argc, char **argv)
     const int status = ry_cli_parse("ryusa info", &argp, 0, argc, argv, &file);
     if (status != RY_OK) {
         return status;
-    }
-    if (find_part(file, &error) != RY_OK) {
-        return ry_cli_report(&error);
     }
     if (ry_describe_file(file, ry_page_write, &page, &error) != RY_OK) {
         free(page.text);

@@ -126,5 +126,9 @@ int main(int argc, char **argv)
     signal(SIGXFSZ, SIG_IGN);
     atexit(see_output_arrive);
     outcome = run_command(argc, argv);
+    if (outcome == RY_BAD_FILE) { /* where HDF5 had no memory to close a file, it breaks down at exit */
+        see_output_arrive();
+        _exit(outcome);
+    }
     return outcome;
 }

@@ -78,13 +78,23 @@ static int percent(const ry_progress *p)
     return p->last_step > 0 ? (int)(100.0 * (double)p->step / (double)p->last_step) : 0;
 }
 
+static int terminal_columns(void)
+{
+    struct winsize window = {0};
+    return ioctl(STDERR_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0 ? window.ws_col : 80;
+}
+
+void ry_progress_line(const char *text)
+{
+    fprintf(stderr, "\r\033[K%.*s", terminal_columns() - 1, text);
+    fflush(stderr);
+}
+
 static void show_on_terminal(const ry_progress *p)
 {
     enum { BAR = 30 };
     char text[200], bar[BAR + 4] = "";
-    struct winsize window = {0};
-    const int columns =
-        ioctl(STDERR_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 0 ? window.ws_col : 80;
+    const int columns = terminal_columns();
     print_state(text, sizeof text, p);
     int length = columns - 1 - 5 - 2 - (int)strlen(text) - 3;
     length = length < BAR ? length : BAR;
@@ -98,8 +108,7 @@ static void show_on_terminal(const ry_progress *p)
     }
     char line[300];
     snprintf(line, sizeof line, "%3d %% %s %s", percent(p), bar, text);
-    fprintf(stderr, "\r\033[K%.*s", columns - 1, line);
-    fflush(stderr);
+    ry_progress_line(line);
 }
 
 static void show_in_log(const ry_progress *p)

@@ -23,6 +23,9 @@ typedef struct ry_progress {
 ry_progress ry_progress_start(const ry_config *config, int quiet);
 void ry_progress_update(ry_progress *progress, long long step, long long last_step, double rate);
 
+/* Rewrites the terminal's line, cut to its width. */
+void ry_progress_line(const char *text);
+
 /* Clears the terminal's line; a log gets its last line, of how far it came: all the way if `finished`. */
 void ry_progress_end(ry_progress *progress, int finished);
 

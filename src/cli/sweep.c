@@ -171,9 +171,12 @@ static int on_progress(void *data, const ry_sweep_progress *p)
         fprintf(stderr, "%s%s\n", d->terminal ? "\r\033[K" : "", p->news);
     } else if (!d->quiet && (d->terminal || (!p->checked && p->share >= d->next_share))) {
         describe(text, sizeof text, p);
-        fprintf(stderr, d->terminal ? "\r\033[K%.79s" : "%s\n", text);
+        if (d->terminal) {
+            ry_progress_line(text);
+        } else {
+            fprintf(stderr, "%s\n", text);
+        }
         d->next_share = floor(10.0 * p->share + 1.0) / 10.0;
-        fflush(stderr);
     }
     return ry_cli_stop_asked();
 }

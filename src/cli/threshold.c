@@ -8,6 +8,7 @@
 #include <string.h>
 
 #include "cli/cli.h"
+#include "cli/progress.h"
 #include "cli/signals.h"
 #include "study/threshold.h"
 
@@ -89,8 +90,9 @@ static int on_progress(void *data, int trials, int most)
 {
     arguments *const a = data;
     if (!a->quiet && a->terminal) {
-        fprintf(stderr, "\r\033[K%3d %%  %d of %d trials", 100 * trials / most, trials, most);
-        fflush(stderr);
+        char text[80];
+        snprintf(text, sizeof text, "%3d %%  %d of %d trials", 100 * trials / most, trials, most);
+        ry_progress_line(text);
     } else if (!a->quiet && 10 * trials >= a->next_tenth * most) {
         fprintf(stderr, "%3d %%  %d of %d trials\n", 100 * trials / most, trials, most);
         a->next_tenth = 10 * trials / most + 1;

@@ -133,8 +133,11 @@ static void on_progress(void *data, const ry_tune_progress *p)
     }
     snprintf(text, sizeof text, "%s  %d of %d%s%s%s", p->what, p->done, p->all, left[0] ? "  " : "",
              left, left[0] ? " left" : "");
-    fprintf(stderr, d->terminal ? "\r\033[K%.79s" : "%s\n", text);
-    fflush(stderr);
+    if (d->terminal) {
+        ry_progress_line(text);
+    } else {
+        fprintf(stderr, "%s\n", text);
+    }
     d->next_share = floor(4.0 * share + 1.0) / 4.0;
 }
 

@@ -4,6 +4,7 @@
 
 #include <stddef.h>
 
+#include "base/hash.h"
 #include "config/keys.h"
 
 const char *const ry_particle_names[RY_PARTICLE_NUMBERS + 1] = {"x",    "z",        "vx",      "vz",
@@ -36,6 +37,17 @@ void ry_particle_set(ry_particle *grain, int which, double value)
     } else {
         *number(grain, which) = value;
     }
+}
+
+uint64_t ry_particle_hash(uint64_t hash, const ry_particle *grains, int n)
+{
+    for (int k = 0; k < n; k++) {
+        for (int which = 0; which < RY_PARTICLE_NUMBERS; which++) {
+            const double number = ry_particle_get(&grains[k], which);
+            hash = ry_hash_mix(hash, &number, sizeof number);
+        }
+    }
+    return hash;
 }
 
 void ry_particle_range(int which, double *low, double *high)

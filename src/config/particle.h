@@ -19,6 +19,9 @@ extern const char *const ry_particle_units[RY_PARTICLE_NUMBERS];
 double ry_particle_get(const ry_particle *grain, int which);
 void ry_particle_set(ry_particle *grain, int which, double value);
 
+/* `hash` and all numbers of n grains as one word. */
+uint64_t ry_particle_hash(uint64_t hash, const ry_particle *grains, int n);
+
 /* The allowed range, both included. Of places and speeds: all beyond is a slip of units. */
 void ry_particle_range(int which, double *low, double *high);
 

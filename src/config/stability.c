@@ -26,11 +26,18 @@ static ry_status refuse(const ry_check *check, const char *rule, double value, d
 {
     const ry_config *config = check->config;
     const char *law = ry_laws[config->contact_law].word;
+    const double alpha_m = config->contact_alpha_m / factor * 1.001;
+    if (isnan(config->contact_stiffness) && alpha_m > ry_keys_row(RY_KEY_contact_alpha_m)->high) {
+        return ry_check_fail(check, RY_KEY_contact_alpha_m,
+                             "too few steps for a contact of law %s: %s = %.4g, the limit is %g; the lightest grain is "
+                             "too light for a stiffness by alpha_m; give contact.stiffness, at most %.4g N/m with this time.step",
+                             law, rule, value, limit, check->derived.stiffness * factor * factor * 0.999);
+    }
     if (isnan(config->contact_stiffness)) {
         return ry_check_fail(check, RY_KEY_contact_alpha_m,
                              "too few steps for a contact of law %s: %s = %.4g, the limit is %g; "
                              "allowed is contact.alpha_m of at least %.4g%s",
-                             law, rule, value, limit, config->contact_alpha_m / factor * 1.001,
+                             law, rule, value, limit, alpha_m,
                              dashpot_rules(check) ? ", or less damping (contact.alpha_cn)" : "");
     }
     return ry_check_fail(

@@ -8,8 +8,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
+#include "base/link.h"
 #include "base/memory.h"
+#include "base/text.h"
 #include "io/result_private.h"
 #include "io/series.h"
 
@@ -394,8 +397,28 @@ static void tell_parameters(const page *to)
     }
 }
 
+/* The file of a run that goes on, or was stopped, has another name. */
+static ry_status find_part(const char *file, ry_error *error)
+{
+    char *target = NULL;
+    if (access(file, F_OK) == 0 || ry_link_follow(file, &target, NULL) != RY_OK) {
+        return RY_OK; /* the file itself will tell */
+    }
+    char *const part = ry_text_print("%s.part", target);
+    const ry_status status =
+        part != NULL && access(part, F_OK) == 0
+            ? ry_fail(error, RY_BAD_FILE,
+                      "%s: is not there, but %s is, of a run that goes on or was stopped; see: ryusa info %s", file, part,
+                      part)
+            : RY_OK;
+    free(part);
+    free(target);
+    return status;
+}
+
 ry_status ry_result_describe(const char *path, ry_write_fn *write, void *data, ry_error *error)
 {
+    RY_TRY(find_part(path, error));
     ry_h5 file;
     RY_TRY(ry_h5_open(&file, path, -1, RY_H5_READ, error));
     const int is_table = ry_table_is_ours(file.id);

@@ -54,7 +54,8 @@ static ry_status open_to_change(ry_result *result, ry_h5 *file, ry_error *error)
     if (result->broken) {
         return ry_fail(error, RY_BAD_FILE, "%s: writing failed before", result->part);
     }
-    const ry_status status = ry_h5_open(file, result->part, result->fd, RY_H5_CHANGE, error);
+    ry_status status = ry_lock_check_name(result->fd, result->part, error);
+    status = status == RY_OK ? ry_h5_open(file, result->part, result->fd, RY_H5_CHANGE, error) : status;
     result->broken = status != RY_OK;
     return status;
 }
@@ -158,6 +159,7 @@ static ry_status finish(ry_result *result, const ry_state *state, ry_error *erro
     hand_over(result, state);
     result->batch.finished = 1;
     RY_TRY(write_batch(result, error));
+    RY_TRY(ry_lock_check_name(result->fd, result->part, error));
     if (!result->replace && access(result->path, F_OK) == 0) {
         return ry_fail(error, RY_BAD_FILE,
                        "%s: was made by someone else meanwhile; the result is in %s", result->path,

@@ -87,7 +87,7 @@ ry_status ry_h5_close(ry_h5 *file, int failed, const char *doing, ry_error *erro
     }
     return ry_fail(error, RY_BAD_FILE, "%s: can't %s: %s", file->path, doing,
                    failure != 0 ? strerror(failure)
-                                : "the file is damaged, or something is missing in it");
+                                : "the file is damaged, something is missing in it, or memory ran out");
 }
 
 /* --- groups --- */

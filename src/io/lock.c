@@ -18,20 +18,27 @@
 #include "base/memory.h"
 #include "io/result_private.h"
 
+ry_status ry_lock_check_name(int fd, const char *path, ry_error *error)
+{
+    struct stat opened, named;
+    return fstat(fd, &opened) == 0 && stat(path, &named) == 0 && opened.st_ino == named.st_ino &&
+                   opened.st_dev == named.st_dev
+               ? RY_OK
+               : ry_fail(error, RY_BAD_FILE, "%s: was moved away or removed meanwhile; nothing more is written", path);
+}
+
 /* 1: the lock is ours and `path` is still the file that it is on. */
 static int take(int fd, const char *path)
 {
     struct flock lock = {
         .l_type = F_WRLCK, .l_whence = SEEK_SET, .l_start = (off_t)1 << 62, .l_len = 1};
-    struct stat opened, named;
     if (fcntl(fd, F_OFD_SETLK, &lock) != 0) {
         /* A file system without locks can't tell; two runs there are the user's care. */
         if (errno == EAGAIN || errno == EACCES) {
             return 0;
         }
     }
-    return fstat(fd, &opened) == 0 && stat(path, &named) == 0 && opened.st_ino == named.st_ino &&
-           opened.st_dev == named.st_dev;
+    return ry_lock_check_name(fd, path, NULL) == RY_OK;
 }
 
 ry_status ry_lock_open(const char *path, int create, int *fd, ry_error *error)

@@ -67,6 +67,8 @@ int ry_result_write_summary(ry_result *result, hid_t file);
 /* lock.c: opens OUT.h5.part with an exclusive lock that dies with the process. `create`: makes the
  * file if it isn't there. *fd is -1 if it isn't there. RY_BAD_FILE "in use by another run". */
 ry_status ry_lock_open(const char *path, int create, int *fd, ry_error *error);
+/* RY_BAD_FILE unless `path` still names the file behind `fd`: what has that name by now may be another run's. */
+ry_status ry_lock_check_name(int fd, const char *path, ry_error *error);
 /* OUT.h5 can be made: not a directory, its folder there and writable. */
 ry_status ry_lock_check_path(const char *path, ry_error *error);
 

@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "base/link.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "io/result_private.h"
@@ -32,6 +33,9 @@ static void release(ry_table_file *file)
 
 static void remove_part(const ry_table_file *file)
 {
+    if (ry_lock_check_name(file->fd, file->part, NULL) != RY_OK) {
+        return; /* another's by now */
+    }
     unlink(file->part);
     ry_atomic_forget_journal(file->part);
 }
@@ -55,11 +59,14 @@ static ry_status begin(ry_table_file *file, ry_error *error)
 
 ry_status ry_table_file_check(const char *path, int force, ry_error *error)
 {
-    RY_TRY(ry_lock_check_path(path, error));
-    if (!force && access(path, F_OK) == 0) {
-        return ry_fail(error, RY_BAD_FILE, "%s: exists; --force overwrites it", path);
+    char *target = NULL;
+    RY_TRY(ry_link_follow(path, &target, error));
+    ry_status status = ry_lock_check_path(target, error);
+    if (status == RY_OK && !force && access(target, F_OK) == 0) {
+        status = ry_fail(error, RY_BAD_FILE, "%s: exists; --force overwrites it", path);
     }
-    return RY_OK;
+    free(target);
+    return status;
 }
 
 ry_status ry_table_file_create(ry_table_file **file, const char *path, const char *program,
@@ -72,11 +79,11 @@ ry_status ry_table_file_create(ry_table_file **file, const char *path, const cha
         return ry_no_memory(error, sizeof *made);
     }
     *made = (ry_table_file){.fd = -1, .replace = force};
-    made->path = ry_text_print("%s", path);
-    made->part = ry_text_print("%s.part", path);
-    const ry_status status = made->path == NULL || made->part == NULL
-                                 ? ry_no_memory(error, strlen(path))
-                                 : begin(made, error);
+    ry_status status = ry_link_follow(path, &made->path, error);
+    if (status == RY_OK) {
+        made->part = ry_text_print("%s.part", made->path);
+        status = made->part == NULL ? ry_no_memory(error, strlen(path)) : begin(made, error);
+    }
     if (status != RY_OK) {
         release(made);
         return status;
@@ -173,6 +180,9 @@ static ry_status rename_part(const ry_table_file *file, ry_error *error)
 ry_status ry_table_file_finish(ry_table_file *file, ry_error *error)
 {
     ry_status status = ry_h5_close(&file->h5, file->failed, "write it", error);
+    if (status == RY_OK) {
+        status = ry_lock_check_name(file->fd, file->part, error);
+    }
     if (status == RY_OK) {
         status = rename_part(file, error);
     }

@@ -10,6 +10,7 @@
 
 #include "analysis/statistics.h"
 #include "base/clock.h"
+#include "base/link.h"
 #include "base/memory.h"
 #include "io/result.h"
 #include "sim/sim.h"
@@ -24,6 +25,7 @@ typedef struct ry_runner {
     ry_sim *sim;
     ry_result *file;
     const ry_run_options *options;
+    char *output; /* options->output, or where it leads to; NULL: none */
     ry_run_result *result;
     int64_t first, last; /* step at the start of this call, step to end at */
     double started, shown, flushed, saved; /* wall clock [s] */
@@ -339,7 +341,7 @@ static ry_status take_up_profile(ry_runner *r, ry_error *error)
     if (n > 0 && has_profile(r) &&
         ry_measure_load(&r->sim->plan.measure, r->sim->plan.pairs.place, window, n) != 0) {
         return ry_fail(error, RY_BAD_FILE, "%s: damaged: the sums of its profile are of another scene",
-                       r->options->output);
+                       r->output);
     }
     return RY_OK;
 }
@@ -350,12 +352,15 @@ static ry_status open_run(ry_runner *r, const ry_config *config, int *finished, 
     ry_state state = {0};
     int found = 0;
     *finished = 0;
+    if (o->output != NULL) {
+        RY_TRY(ry_link_follow(o->output, &r->output, error));
+    }
     if (o->output != NULL && o->resume) {
-        RY_TRY(ry_result_resume(&r->file, o->output, config, &state, &found, error));
+        RY_TRY(ry_result_resume(&r->file, r->output, config, &state, &found, error));
     }
     if (found == 2) {
         *finished = 1;
-        return recall(r->result, o->output, error);
+        return recall(r->result, r->output, error);
     }
     if (found == 1) {
         r->sim = ry_sim_adopt(config, &state, o->threads, error);
@@ -373,7 +378,7 @@ static ry_status open_run(ry_runner *r, const ry_config *config, int *finished, 
         return error->status;
     }
     if (o->output != NULL) {
-        RY_TRY(ry_result_create(&r->file, o->output, config, &r->sim->state, o->force || o->resume, error));
+        RY_TRY(ry_result_create(&r->file, r->output, config, &r->sim->state, o->force || o->resume, error));
     }
     return take_measures(r, error);
 }
@@ -444,5 +449,6 @@ ry_status ry_run(const ry_config *config, const ry_run_options *options, ry_run_
         r.result->hash = ry_sim_hash(r.sim);
     }
     ry_sim_free(r.sim);
+    free(r.output);
     return status;
 }

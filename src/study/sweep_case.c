@@ -6,6 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/hash.h"
 #include "base/memory.h"
 #include "base/random.h"
 #include "base/text.h"
@@ -87,6 +88,27 @@ static void print_number(FILE *out, const ry_parameter *p)
     fprintf(out, "%s.%s = %s\n", p->section, p->key, text);
 }
 
+/* Those that stand in the scene number by number, those of a table as a whole. */
+static void describe_particles(const ry_config *config, FILE *out)
+{
+    for (int k = 0, n = 1; k < config->n_particles; k += n, n = 1) {
+        const ry_particle *const p = &config->particles[k];
+        while (p->table > 0 && k + n < config->n_particles && p[n].table == p->table) {
+            n++;
+        }
+        if (p->table > 0) {
+            fprintf(out, "particles[%d to %d] = %d grains of a table, hash %016llx\n", k, k + n - 1, n,
+                    (unsigned long long)ry_particle_hash(RY_HASH_START, p, n));
+            continue;
+        }
+        fprintf(out, "particles[%d] =", k);
+        for (int j = 0; j < RY_PARTICLE_NUMBERS; j++) {
+            fprintf(out, " %.17g", ry_particle_get(p, j));
+        }
+        fprintf(out, "\n");
+    }
+}
+
 static void describe_scene(const ry_sweep_run *run, FILE *out)
 {
     ry_parameter p;
@@ -100,13 +122,7 @@ static void describe_scene(const ry_sweep_run *run, FILE *out)
         }
     }
     fprintf(out, "output.fields = %u\n", run->base.output_fields);
-    for (int k = 0; k < run->base.n_particles; k++) {
-        fprintf(out, "particles[%d] =", k);
-        for (int j = 0; j < RY_PARTICLE_NUMBERS; j++) {
-            fprintf(out, " %.17g", ry_particle_get(&run->base.particles[k], j));
-        }
-        fprintf(out, "\n");
-    }
+    describe_particles(&run->base, out);
 }
 
 char *ry_sweep_describe(const ry_sweep_run *run)

@@ -14,22 +14,24 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "base/link.h"
 #include "base/memory.h"
 #include "base/text.h"
 
-enum { LARGEST = 64 << 20, LARGEST_RECORD = 1 << 16, LOCK_TRIES = 100, LOCK_WAIT_US = 100000 };
+enum { LARGEST = 256 << 20, /* a scene of 64 MiB, with all digits */
+       TOLD = 4, /* differences */
+       LARGEST_RECORD = 1 << 16, LOCK_TRIES = 100, LOCK_WAIT_US = 100000 };
 
 ry_status ry_sweep_store_init(ry_sweep_store *store, const char *output, int n_cases,
                               ry_error *error)
 {
-    const size_t length = strlen(output);
-    *store =
-        (ry_sweep_store){.output = strdup(output), .n_cases = n_cases, .digits = 4, .lock = -1};
-    store->folder = ry_text_print("%.*s.d", ry_text_stem(output), output);
+    *store = (ry_sweep_store){.n_cases = n_cases, .digits = 4, .lock = -1};
+    RY_TRY(ry_link_follow(output, &store->output, error));
+    store->folder = ry_text_print("%.*s.d", ry_text_stem(store->output), store->output);
     for (int n = n_cases; n > 9999; n /= 10) {
         store->digits++;
     }
-    if (store->output == NULL || store->folder == NULL) {
+    if (store->folder == NULL) {
         ry_sweep_store_close(store);
         return ry_no_memory(error, length);
     }
@@ -55,26 +57,37 @@ char *ry_sweep_store_name(const ry_sweep_store *store, int index, const char *en
 
 /* --- the description ---------------------------------------------------------------------------- */
 
-/* The line of `text` that begins with the same "key = " as `line`; NULL: none. */
-static const char *line_of_key(const char *text, const char *line)
+static const char *next_line(const char *p)
+{
+    p += strcspn(p, "\n");
+    return p + (*p == '\n');
+}
+
+/* The line of `text` that begins with the same "key = " as `line`; NULL: none. It is mostly the one at *next: there may
+ * be a line for each grain. */
+static const char *line_of_key(const char *text, const char *line, const char **next)
 {
     const size_t key = strcspn(line, "=\n") + 1;
-    for (const char *p = text; *p != '\0';) {
-        if (strncmp(p, line, key) == 0) {
-            return p;
+    const char *p = *next;
+    if (strncmp(p, line, key) != 0) {
+        for (p = text; *p != '\0' && strncmp(p, line, key) != 0;) {
+            p = next_line(p);
         }
-        p += strcspn(p, "\n");
-        p += *p == '\n';
     }
-    return NULL;
+    if (*p == '\0') {
+        return NULL;
+    }
+    *next = next_line(p);
+    return p;
 }
 
 /* "key was X, is Y" for each line of `a` that is another one in `b`; `a` is the new one unless `old`. */
 static int list_differences(const char *a, const char *b, int old, char *out, size_t size,
                             int found)
 {
-    for (const char *p = a; *p != '\0'; p += strcspn(p, "\n"), p += *p == '\n') {
-        const char *const other = line_of_key(b, p);
+    const char *next = b;
+    for (const char *p = a; *p != '\0' && found <= TOLD; p = next_line(p)) {
+        const char *const other = line_of_key(b, p, &next);
         const int length = (int)strcspn(p, "\n"), key = (int)strcspn(p, "=\n") - 1;
         const int other_length = other != NULL ? (int)strcspn(other, "\n") : 0;
         if (other != NULL &&
@@ -82,7 +95,7 @@ static int list_differences(const char *a, const char *b, int old, char *out, si
             continue;
         }
         const size_t used = strlen(out);
-        if (++found <= 4) {
+        if (++found <= TOLD) {
             const char *const value = p + key + 3;
             const char *const other_value = other != NULL ? other + key + 3 : "";
             const int other_rest = other != NULL ? other_length - key - 3 : 0;
@@ -106,7 +119,7 @@ static ry_status compare(const ry_sweep_store *store, const char *now, const cha
     }
     const int is_shard = store->shards > 0; /* whose --force is for its own cases; the others keep what is there */
     return ry_fail(error, RY_BAD_INPUT, "%s holds another sweep: %s%s; give another -o, or %s%s%s", store->folder, list,
-                   found > 4 ? "; and more" : "",
+                   found > TOLD ? "; and more" : "",
                    is_shard ? "to begin anew, remove " : "--force to begin anew", is_shard ? store->folder : "",
                    is_shard ? ", or --force without --shard" : "");
 }

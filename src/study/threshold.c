@@ -10,6 +10,7 @@
 
 #include "analysis/relations.h"
 #include "base/clock.h"
+#include "base/link.h"
 #include "base/memory.h"
 #include "base/random.h"
 #include "base/text.h"
@@ -43,6 +44,7 @@ typedef struct bed {
 
 typedef struct search {
     const ry_threshold_options *options;
+    char *output; /* options->output, or where it leads to; NULL: none */
     ry_config base;
     bed *beds; /* replicas from rest, then as many from motion */
     int n_beds, most_trials;
@@ -360,7 +362,7 @@ static ry_status write_file(const search *s, const ry_threshold_result *r, ry_er
                        calloc(n, sizeof(double)), calloc(n, sizeof(char *))};
     ry_table_file *f = NULL;
     ry_status status = t.seed && t.shields && t.q_star && t.time && t.moves && t.start
-                           ? ry_table_file_create(&f, s->options->output, "ryusa threshold",
+                           ? ry_table_file_create(&f, s->output, "ryusa threshold",
                                                   s->options->force, error)
                            : ry_no_memory(error, n);
     if (status == RY_OK) {
@@ -448,7 +450,8 @@ static ry_status find(search *s, ry_threshold_result *result, ry_error *error)
     RY_TRY(ry_config_load(&s->base, o->scene, o->overrides, o->n_overrides, error));
     RY_TRY(check_scene(s, error));
     if (o->output != NULL) {
-        RY_TRY(ry_table_file_check(o->output, o->force, error));
+        RY_TRY(ry_link_follow(o->output, &s->output, error));
+        RY_TRY(ry_table_file_check(s->output, o->force, error));
     }
     s->n_beds = RY_THRESHOLD_STARTS * o->replicas;
     s->beds = calloc((size_t)s->n_beds, sizeof *s->beds);
@@ -477,5 +480,6 @@ ry_status ry_threshold_find_motion(const ry_threshold_options *options, ry_thres
     result->seconds = ry_clock() - start;
     ry_config_free(&s.base);
     free(s.beds);
+    free(s.output);
     return status;
 }

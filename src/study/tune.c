@@ -12,6 +12,8 @@
 #include <unistd.h>
 
 #include "base/clock.h"
+#include "base/hash.h"
+#include "base/link.h"
 #include "base/memory.h"
 #include "base/random.h"
 #include "base/text.h"
@@ -249,44 +251,29 @@ static ry_status choose_thetas(ry_tune_run *run, ry_error *error)
                          target->name, low, high);
 }
 
-static uint64_t mix(uint64_t hash, const void *data, size_t size)
-{
-    const unsigned char *const bytes = data;
-    for (size_t k = 0; k < size; k++) {
-        hash = (hash ^ bytes[k]) * 1099511628211u;
-    }
-    return hash;
-}
-
 /* One word for everything that the pieces depend on; more --budget uses those that are there. */
 static ry_status open_journal(ry_tune_run *run, ry_error *error)
 {
     const ry_tune_fit *const fit = &run->fit;
-    uint64_t hash = mix(1469598103934665603u, run->base.text, strlen(run->base.text));
-    for (int k = 0; k < run->base.n_particles; k++) { /* the text may name a table of them */
-        for (int j = 0; j < RY_PARTICLE_NUMBERS; j++) {
-            const double number = ry_particle_get(&run->base.particles[k], j);
-            hash = mix(hash, &number, sizeof number);
-        }
-    }
+    uint64_t hash = ry_hash_mix(RY_HASH_START, run->base.text, strlen(run->base.text));
+    hash = ry_particle_hash(hash, run->base.particles, run->base.n_particles); /* the text may name a table of them */
     for (int i = 0; i < fit->n_theta; i++) {
-        hash = mix(hash, &fit->theta[i], sizeof(double));
-        hash = mix(hash, &fit->target[i], sizeof(double));
+        hash = ry_hash_mix(hash, &fit->theta[i], sizeof(double));
+        hash = ry_hash_mix(hash, &fit->target[i], sizeof(double));
     }
     for (int k = 0; k < run->joint.n_axes; k++) {
         const ry_tune_axis *const axis = &run->joint.axis[k];
-        hash = mix(hash, axis->path, strlen(axis->path));
-        hash = mix(hash, &axis->low, sizeof(double));
-        hash = mix(hash, &axis->high, sizeof(double));
+        hash = ry_hash_mix(hash, axis->path, strlen(axis->path));
+        hash = ry_hash_mix(hash, &axis->low, sizeof(double));
+        hash = ry_hash_mix(hash, &axis->high, sizeof(double));
     }
     char mark[100];
     snprintf(mark, sizeof mark, "ryusa tune %s %s %016llx", ry_version(),
              run->wish->quick ? "quick" : "full", (unsigned long long)hash);
-    return ry_tune_journal_open(&run->journal, run->wish->output, mark, run->wish->resume,
+    return ry_tune_journal_open(&run->journal, run->output, mark, run->wish->resume,
                                 run->wish->force, error);
 }
 
-/* OUT.h5 -> OUT.yaml, which must neither be the scene nor be there already. */
 /* Begins as a tuned scene does: an earlier one may be replaced by a resume, nobody's own scene. */
 static int is_tuned_scene(const char *path)
 {
@@ -299,9 +286,11 @@ static int is_tuned_scene(const char *path)
     return read && strcmp(first, RY_TUNE_SCENE_HEAD) == 0;
 }
 
+/* OUT.h5 -> OUT.yaml, which must neither be the scene nor be there already. */
 static ry_status check_outputs(ry_tune_run *run, ry_error *error)
 {
-    const char *const output = run->wish->output;
+    RY_TRY(ry_link_follow(run->wish->output, &run->output, error));
+    const char *const output = run->output;
     const size_t length = strlen(output);
     run->yaml_path = ry_text_print("%.*s.yaml", ry_text_stem(output), output);
     if (run->yaml_path == NULL) {
@@ -369,6 +358,7 @@ static void release(ry_tune_run *run, int forget)
     ry_target_free(&run->target);
     free(run->joint.sample);
     ry_config_free(&run->base);
+    free(run->output);
     free(run->yaml_path);
 }
 

@@ -279,7 +279,7 @@ static void write_joint_flux(const writer *w)
 ry_status ry_tune_write_file(const ry_tune_run *run, ry_error *error)
 {
     writer w = {.run = run};
-    RY_TRY(ry_table_file_create(&w.file, run->wish->output, "ryusa tune", run->wish->force, error));
+    RY_TRY(ry_table_file_create(&w.file, run->output, "ryusa tune", run->wish->force, error));
     ry_table_file_set_text(w.file, "/", "title", run->base.title);
     ry_table_file_set_text(w.file, "/", "target", run->target.name);
     ry_table_file_set_text(w.file, "/", "scene_text", run->base.text);

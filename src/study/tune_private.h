@@ -191,7 +191,7 @@ typedef struct ry_tune_run {
     ry_tune_joint joint; /* n_axes 0: the four steps instead */
     ry_tune_piece *piece[8]; /* owned sets, and how many are in each */
     int n_piece[8], n_sets;
-    char *yaml_path;
+    char *output, *yaml_path;
     double started;
     int kept; /* pieces that were in the journal */
 } ry_tune_run;
