@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "analysis/relations.h"
+#include "analysis/replicas.h"
 #include "base/clock.h"
 #include "base/memory.h"
 #include "base/random.h"
@@ -234,16 +235,6 @@ static ry_status bisect(void *data, int index, ry_error *error)
 
 /* --- what comes out ----------------------------------------------------------------------------- */
 
-/* Student's t for a two-sided 95 %. */
-static double student(int freedom)
-{
-    static const double t[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365,
-                               2.306,  2.262, 2.228, 2.201, 2.179, 2.160, 2.145,
-                               2.131,  2.120, 2.110, 2.101, 2.093, 2.086};
-    const int n = (int)(sizeof t / sizeof *t);
-    return freedom <= 0 ? NAN : freedom <= n ? t[freedom - 1] : 1.96 + 2.5 / freedom;
-}
-
 static double middle_of(const bed *b)
 {
     return 0.5 * (b->low + b->high);
@@ -277,9 +268,9 @@ static void summarize(const search *s, ry_threshold_result *r)
     for (int start = 0; start < RY_THRESHOLD_STARTS; start++) {
         ry_threshold_side *const side = &r->side[start];
         average(n, value[start], width, &side->mean, &side->standard_error);
-        const double low = side->mean - student(n - 1) * side->standard_error;
+        const double low = side->mean - ry_student(0.95, n - 1.0) * side->standard_error;
         side->low = low < 0.0 ? 0.0 : low; /* not fmax, which would hide a NAN */
-        side->high = side->mean + student(n - 1) * side->standard_error;
+        side->high = side->mean + ry_student(0.95, n - 1.0) * side->standard_error;
     }
     average(n, difference, width * 1.41421356, &r->difference, &r->difference_error);
     const ry_derived q = ry_config_derive(&s->base);

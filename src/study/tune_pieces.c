@@ -145,7 +145,7 @@ static ry_status statistics(const double *series, int64_t n, ry_series_statistic
 static int is_enough(const ry_tune_piece *piece, const ry_series_statistics *s)
 {
     const double wanted = fmax(RELATIVE_GOAL * fabs(s->mean), piece->goal * piece->target);
-    return s->effective_samples >= 10.0 && s->standard_error < wanted;
+    return s->effective_samples >= RY_SERIES_ENOUGH && s->standard_error < wanted;
 }
 
 static ry_status sample_flux(ry_tune_piece *piece, ry_sim *sim, double *series, ry_tune_stop *stop,
