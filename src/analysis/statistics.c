@@ -29,7 +29,7 @@ enum {
 /* The cut with the most effective samples is the one where noise feigns the most of them: of AR(1) series without a
  * transient, of 5, 10, 20, 50 independent samples, behind the cut that is found there seem to be 9, 14, 23, 53, and the
  * error is 0.62, 0.73, 0.83, 0.95 of the true one. N samples that seem are N/(1 + SELECTION/N) that are: +-1 and +-1.96
- * errors then hold the mean of 5 in 0.58 and 0.83 of cases (0.43 and 0.70 before), of 20 in 0.71 and 0.93 (0.59, 0.85).
+ * errors then hold the mean of 5 in 0.59 and 0.82 of cases (0.43 and 0.70 before), of 20 in 0.68 and 0.91 (0.56, 0.85).
  * Tried instead: the first cut within the noise of the best. Helps as much without a transient, and halves what is
  * covered with a slow one. */
 #define SELECTION 12.0
