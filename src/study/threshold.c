@@ -240,19 +240,21 @@ static double middle_of(const bed *b)
     return 0.5 * (b->low + b->high);
 }
 
-/* Mean and standard error of n values; what lies within a bracket is not known, and may be the same
- * for all, so width^2/12 does not shrink with n. */
-static void average(int n, const double *value, double width, double *mean, double *standard_error)
+/* Mean of n values and its errors; what lies within a bracket is not known, and may be the same for
+ * all, so width^2/12 does not shrink with n. */
+static ry_threshold_side average(int n, const double *value, double width)
 {
     double sum = 0.0, squares = 0.0;
     for (int k = 0; k < n; k++) {
         sum += value[k];
     }
-    *mean = sum / n;
+    const double mean = sum / n;
     for (int k = 0; k < n; k++) {
-        squares += (value[k] - *mean) * (value[k] - *mean);
+        squares += (value[k] - mean) * (value[k] - mean);
     }
-    *standard_error = n > 1 ? sqrt(squares / (n * (n - 1.0)) + width * width / 12.0) : NAN;
+    const double error = n > 1 ? sqrt(squares / (n * (n - 1.0)) + width * width / 12.0) : NAN;
+    const double far = ry_student(0.95, n - 1.0) * error;
+    return (ry_threshold_side){mean, error, mean - far, mean + far};
 }
 
 static void summarize(const search *s, ry_threshold_result *r)
@@ -267,12 +269,10 @@ static void summarize(const search *s, ry_threshold_result *r)
     }
     for (int start = 0; start < RY_THRESHOLD_STARTS; start++) {
         ry_threshold_side *const side = &r->side[start];
-        average(n, value[start], width, &side->mean, &side->standard_error);
-        const double low = side->mean - ry_student(0.95, n - 1.0) * side->standard_error;
-        side->low = low < 0.0 ? 0.0 : low; /* not fmax, which would hide a NAN */
-        side->high = side->mean + ry_student(0.95, n - 1.0) * side->standard_error;
+        *side = average(n, value[start], width);
+        side->low = side->low < 0.0 ? 0.0 : side->low; /* not fmax, which would hide a NAN */
     }
-    average(n, difference, width * 1.41421356, &r->difference, &r->difference_error);
+    r->difference = average(n, difference, width * 1.41421356);
     const ry_derived q = ry_config_derive(&s->base);
     r->d_star = ry_relation_d_star(q.d, q.density / s->base.fluid_density, s->base.domain_gravity,
                                    s->base.fluid_viscosity);
