@@ -37,7 +37,7 @@ def table_of_grain(sweep):
         if q < AT_REST:
             rows.append([f"{theta:g}", "at rest", *[""] * (len(rows[0]) - 2)])
             continue
-        rows.append([f"{theta:g}", f"{q:.3g}", f"{error:.1g}",
+        rows.append([f"{theta:g}", f"{q:.3g}", f"{error:.2g}",
                      *(ratio(q, theta, key) for key in TARGETS if key in read_curves())])
     return columns_of(rows)
 
@@ -79,8 +79,8 @@ def convergence(sweep, other):
         at = int(np.argmin(np.abs(other.shields - sweep.shields[n * k])))
         mean, error = np.append(mean, other.mean[at]), np.append(error, other.error[at])
         off = (mean[1:] - mean[0]) / np.hypot(error[1:], error[0])
-        rows.append([f"{sweep.shields[n * k]:g}", f"{mean[0]:.3g} ± {error[0]:.1g}",
-                     *(f"{m:.3g} ± {e:.1g} ({100 * (m / mean[0] - 1):+.0f} %, {o:+.1f} σ)"
+        rows.append([f"{sweep.shields[n * k]:g}", f"{mean[0]:.3g} ± {error[0]:.2g}",
+                     *(f"{m:.3g} ± {e:.2g} ({100 * (m / mean[0] - 1):+.0f} %, {o:+.1f} σ)"
                        for m, e, o in zip(mean[1:], error[1:], off))])
         verdict += [abs(o) <= 2.0 for o in off]
     return columns_of(rows), f"{sum(verdict)} of {len(verdict)} within two standard errors of the difference."

@@ -50,6 +50,11 @@ class Threshold(unittest.TestCase):
         self.assertEqual(r.returncode, 0, r.stderr)
         self.assertRegex(r.stdout, r"(?m)^from rest +0\.\d+ \+- \S+ +\(95 %: \S+ to \S+\)")
         self.assertRegex(r.stdout, r"(?m)^from motion +0\.\d+ \+- ")
+        number = r"(-?[\d.e+-]+)"
+        told = re.search(rf"(?m)^difference +{number} \+- {number} +\(95 %: {number} to {number}\)$", r.stdout)
+        self.assertTrue(told, r.stdout)
+        mean, error, low, high = map(float, told.groups())
+        self.assertAlmostEqual((high - low) / (2 * 12.706 * error), 1.0, delta=0.1)  # one degree of freedom
         self.assertIn("soulsby-whitehouse 0.0308", r.stdout)
         self.assertRegex(r.stderr, r"(?m)^100 %  20 of 20 trials")
         with h5py.File(self.folder / "t.h5") as file:

@@ -13,7 +13,14 @@ typedef struct ry_replicas {
     double within;  /* standard error of the mean by the replicas' own errors */
     double between; /* by what they differ beyond these; 0 where n < 2 */
     double lowest;
+    double variance; /* of the replicas, their own errors included; 0 where n < 2 */
 } ry_replicas;
+
+/* An error of a mean, and how often it holds: +- standard_error 68.3 %, +- confidence_95 95 %, by Student's t. */
+typedef struct ry_replicas_interval {
+    double standard_error, confidence_95;
+    double freedom; /* degrees of freedom; infinite: no replicas tell it */
+} ry_replicas_interval;
 
 /* Results that are no numbers are left out; an own error that is none counts as 0. */
 ry_replicas ry_replicas_of(int n, const double *value, const double *error);
@@ -23,6 +30,14 @@ ry_replicas ry_replicas_of(int n, const double *value, const double *error);
  * one below a quarter of their mean are left out, for near its threshold a bed moves or not, and that tells nothing of
  * the other points; 0 if none is left. */
 double ry_replicas_spread(int n, const ry_replicas *point, double least);
+
+/* The errors of the means of n points. What beds differ by is small far from their threshold and large near it,
+ * so it is pooled over points of similar flux only, each with as many degrees of freedom as that leaves; which
+ * points are pooled is as for the spread. 0: no memory. */
+int ry_replicas_pool(int n, const ry_replicas *point, double least, ry_replicas_interval *out);
+
+/* Student's t with so many degrees of freedom: the middle `share` lies within +- this. */
+double ry_student(double share, double freedom);
 
 /* Standard error of the mean; `spread` is that of ry_replicas_spread, 0 where there is none. */
 double ry_replicas_error(const ry_replicas *r, double spread);

@@ -27,6 +27,14 @@ enum {
     FEWEST = 8                 /* a shorter series tells nothing about its correlation */
 };
 
+/* The cut with the most effective samples is the one where noise feigns the most of them: of AR(1) series without a
+ * transient, of 5, 10, 20, 50 independent samples, behind the cut that is found there seem to be 9, 14, 23, 53, and the
+ * error is 0.62, 0.73, 0.83, 0.95 of the true one. N samples that seem are N/(1 + SELECTION/N) that are: +-1 and +-1.96
+ * errors then hold the mean of 5 in 0.59 and 0.82 of cases (0.43 and 0.70 before), of 20 in 0.68 and 0.91 (0.56, 0.85).
+ * Tried instead: the first cut within the noise of the best. Helps as much without a transient, and halves what is
+ * covered with a slow one. */
+#define SELECTION 12.0
+
 /* Room for one series of block means and its transform; `capacity` is the padded length. */
 typedef struct workspace {
     int capacity;
@@ -325,6 +333,12 @@ ry_status ry_series_equilibrated(const double *x, int64_t n, ry_series_statistic
         workspace_clear(&w);
     }
     RY_TRY(series_mean(first > 0 ? x + first : x, n - first, out, error));
+    if (n >= 2 * FEWEST && out->standard_error > 0.0) {
+        const double feigned = 1.0 + SELECTION / out->effective_samples;
+        out->standard_error *= sqrt(feigned);
+        out->autocorrelation_time *= feigned;
+        out->effective_samples /= feigned;
+    }
     out->first = first;
     return RY_OK;
 }

@@ -10,6 +10,10 @@
 
 #include "ryusa/status.h"
 
+/* Fewer effective samples do not tell how well a mean is known: a run that is to end when its error is small enough
+ * then ends when the error is underestimated most. */
+#define RY_SERIES_ENOUGH 20.0
+
 typedef struct ry_series_statistics {
     double mean;
     double standard_error;       /* of the mean, from the integrated autocorrelation time */
@@ -23,7 +27,8 @@ typedef struct ry_series_statistics {
 ry_status ry_series_mean(const double *x, int64_t n, ry_series_statistics *out, ry_error *error);
 
 /* The same behind an equilibration cut that is found: the one which leaves the most effective samples
- * (Chodera 2016, J. Chem. Theory Comput. 12, 1799), never more than half of the series. */
+ * (Chodera 2016, J. Chem. Theory Comput. 12, 1799), never more than half of the series. The error counts that such a
+ * cut is chosen by the same noise. */
 ry_status ry_series_equilibrated(const double *x, int64_t n, ry_series_statistics *out, ry_error *error);
 
 #endif

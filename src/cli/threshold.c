@@ -100,11 +100,11 @@ static int on_progress(void *data, int trials, int most)
     return ry_cli_stop_asked();
 }
 
-static void print_side(const char *name, const ry_threshold_side *side)
+static void print_side(const char *name, const ry_threshold_side *side, int digits)
 {
-    printf("%-12s %.4g", name, side->mean);
+    printf("%-12s %.*g", name, digits, side->mean);
     if (isfinite(side->standard_error)) {
-        printf(" +- %.2g   (95 %%: %.4g to %.4g)", side->standard_error, side->low, side->high);
+        printf(" +- %.2g   (95 %%: %.*g to %.*g)", side->standard_error, digits, side->low, digits, side->high);
     }
     printf("\n");
 }
@@ -113,13 +113,10 @@ static void print_result(const arguments *a, const ry_threshold_result *r)
 {
     printf("Shields number at which the flux reaches q* = %g, %d beds, each known within %g\n",
            a->wish.criterion, a->wish.replicas, a->wish.tolerance);
-    print_side("from rest", &r->side[RY_THRESHOLD_REST]);
-    print_side("from motion", &r->side[RY_THRESHOLD_MOTION]);
-    printf("%-12s %.2g", "difference", r->difference);
-    if (isfinite(r->difference_error)) {
-        printf(" +- %.2g", r->difference_error);
-    }
-    printf("\nliterature at D* = %.4g:", r->d_star);
+    print_side("from rest", &r->side[RY_THRESHOLD_REST], 4);
+    print_side("from motion", &r->side[RY_THRESHOLD_MOTION], 4);
+    print_side("difference", &r->difference, 2);
+    printf("literature at D* = %.4g:", r->d_star);
     for (int k = 0; k < r->n_literature; k++) {
         printf("%s %s %.3g", k ? "," : "", r->literature_name[k], r->literature[k]);
     }

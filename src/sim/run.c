@@ -18,7 +18,8 @@
 /* Seconds of wall time between looks at the clock by progress, and between flushes. */
 #define PROGRESS_EVERY 0.1
 #define FLUSH_EVERY 2.0
-/* Frames between looks at stop.flux_error: the spectrum of a long series is not free. */
+/* Looks at stop.flux_error are so many frames apart at least, and a fifth of the time: each is another chance to end
+ * the run by an error that is too small, and the spectrum of a long series is not free. */
 enum { FRAMES_PER_LOOK = 10, FEWEST_SAMPLES = 16 };
 
 typedef struct ry_runner {
@@ -190,19 +191,29 @@ static ry_status take_measures(ry_runner *r, ry_error *error)
     return RY_OK;
 }
 
-/* The flux is known well enough. Looked at by step, so that a run ends at the same step always. */
+/* The first is due when stop.after is over. By step, so that a run ends at the same step always. */
+static int is_look(const ry_sim *sim)
+{
+    const int64_t every = (int64_t)sim->plan.derived.steps_frame * FRAMES_PER_LOOK, now = sim->state.step / every;
+    int64_t look = (int64_t)ceil(sim->config.stop_after / sim->config.time_step / (double)every);
+    while (look < now) {
+        look += look / 5 + 1;
+    }
+    return sim->state.step % every == 0 && look == now;
+}
+
+/* The flux is known well enough. */
 static ry_status look_at_flux(ry_runner *r, int *enough, ry_error *error)
 {
     const ry_sim *const sim = r->sim;
     const ry_config *const c = &sim->config;
     *enough = 0;
-    if (r->file == NULL || isnan(c->stop_flux_error) || sim->state.time < c->stop_after ||
-        !is_due(sim->state.step, sim->plan.derived.steps_frame * FRAMES_PER_LOOK)) {
+    if (r->file == NULL || isnan(c->stop_flux_error) || sim->state.time < c->stop_after || !is_look(sim)) {
         return RY_OK;
     }
     ry_series_statistics flux;
     RY_TRY(flux_statistics(r, &flux, error));
-    *enough = flux.samples >= FEWEST_SAMPLES && flux.mean > 0.0 &&
+    *enough = flux.samples >= FEWEST_SAMPLES && flux.effective_samples >= RY_SERIES_ENOUGH && flux.mean > 0.0 &&
               flux.standard_error < c->stop_flux_error * flux.mean;
     return RY_OK;
 }

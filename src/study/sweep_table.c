@@ -176,8 +176,9 @@ static void write_cases(const ry_sweep_run *run, const columns *t, ry_table_file
     }
 }
 
-/* Each point's replicas that are done, and what beds differ by over all points. */
-static double gather_points(const columns *t, int n, int replicas, double *value, ry_replicas *point)
+/* Each point's replicas that are done, and what beds differ by over all points; 0: no memory. */
+static int gather_points(const columns *t, int n, int replicas, double *value, ry_replicas *point,
+                         ry_replicas_interval *interval, double *spread)
 {
     for (int k = 0; k < n * replicas; k++) {
         value[k] = t->status[k] == 0.0 ? t->q_star[k] : NAN;
@@ -185,22 +186,25 @@ static double gather_points(const columns *t, int n, int replicas, double *value
     for (int k = 0; k < n; k++) {
         point[k] = ry_replicas_of(replicas, value + k * replicas, t->error + k * replicas);
     }
-    return ry_replicas_spread(n, point, LEAST_FLUX);
+    *spread = ry_replicas_spread(n, point, LEAST_FLUX);
+    return ry_replicas_pool(n, point, LEAST_FLUX, interval);
 }
 
 static int write_points(const ry_sweep_run *run, const columns *t, ry_table_file *f)
 {
-    enum { CASE, SHIELDS, DONE, MEAN, OWN, SPREAD, BOTH, COLUMNS };
+    enum { CASE, SHIELDS, DONE, MEAN, OWN, SPREAD, BOTH, WIDE, COLUMNS };
     const int n = run->file.n_points, replicas = run->file.replicas;
     double *column[COLUMNS];
     double *const value = numbers(t->n);
     ry_replicas *const point = calloc((size_t)n + 1, sizeof *point);
-    int good = value != NULL && point != NULL;
+    ry_replicas_interval *const interval = calloc((size_t)n + 1, sizeof *interval);
+    int good = value != NULL && point != NULL && interval != NULL;
+    double spread = 0.0;
     for (int c = 0; c < COLUMNS; c++) {
         column[c] = numbers(n);
         good = good && column[c] != NULL;
     }
-    const double spread = good ? gather_points(t, n, replicas, value, point) : 0.0;
+    good = good && gather_points(t, n, replicas, value, point, interval, &spread);
     for (int k = 0; k < n && good; k++) {
         column[CASE][k] = k * replicas + 1;
         column[SHIELDS][k] = t->shields[k * replicas];
@@ -208,7 +212,8 @@ static int write_points(const ry_sweep_run *run, const columns *t, ry_table_file
         column[MEAN][k] = point[k].mean;
         column[OWN][k] = point[k].within;
         column[SPREAD][k] = point[k].n > 1 ? point[k].between : NAN;
-        column[BOTH][k] = ry_replicas_error(&point[k], spread);
+        column[BOTH][k] = interval[k].standard_error;
+        column[WIDE][k] = interval[k].confidence_95;
     }
     if (good) {
         ry_table_file_numbers(f, "points/first_case", "1", "row of /cases and /inputs, from 1", n,
@@ -222,12 +227,15 @@ static int write_points(const ry_sweep_run *run, const columns *t, ry_table_file
                               "error of the mean by what the replicas differ by beyond that", n,
                               column[SPREAD]);
         ry_table_file_numbers(f, "points/q_star_standard_error", "1",
-                              "sqrt(within^2 + between^2), between not below what it is over all points", n,
-                              column[BOTH]);
+                              "+- this holds the mean of all beds in 68.3 %; what beds differ by is pooled over "
+                              "points of similar flux", n, column[BOTH]);
+        ry_table_file_numbers(f, "points/q_star_confidence_95", "1", "+- this holds it in 95 %, by Student's t", n,
+                              column[WIDE]);
         ry_table_file_set_number(f, "points", "spread_between_replicas", spread);
     }
     free(value);
     free(point);
+    free(interval);
     for (int c = 0; c < COLUMNS; c++) {
         free(column[c]);
     }

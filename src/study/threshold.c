@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "analysis/relations.h"
+#include "analysis/replicas.h"
 #include "base/clock.h"
 #include "base/link.h"
 #include "base/memory.h"
@@ -236,34 +237,26 @@ static ry_status bisect(void *data, int index, ry_error *error)
 
 /* --- what comes out ----------------------------------------------------------------------------- */
 
-/* Student's t for a two-sided 95 %. */
-static double student(int freedom)
-{
-    static const double t[] = {12.706, 4.303, 3.182, 2.776, 2.571, 2.447, 2.365,
-                               2.306,  2.262, 2.228, 2.201, 2.179, 2.160, 2.145,
-                               2.131,  2.120, 2.110, 2.101, 2.093, 2.086};
-    const int n = (int)(sizeof t / sizeof *t);
-    return freedom <= 0 ? NAN : freedom <= n ? t[freedom - 1] : 1.96 + 2.5 / freedom;
-}
-
 static double middle_of(const bed *b)
 {
     return 0.5 * (b->low + b->high);
 }
 
-/* Mean and standard error of n values; what lies within a bracket is not known, and may be the same
- * for all, so width^2/12 does not shrink with n. */
-static void average(int n, const double *value, double width, double *mean, double *standard_error)
+/* Mean of n values and its errors; what lies within a bracket is not known, and may be the same for
+ * all, so width^2/12 does not shrink with n. */
+static ry_threshold_side average(int n, const double *value, double width)
 {
     double sum = 0.0, squares = 0.0;
     for (int k = 0; k < n; k++) {
         sum += value[k];
     }
-    *mean = sum / n;
+    const double mean = sum / n;
     for (int k = 0; k < n; k++) {
-        squares += (value[k] - *mean) * (value[k] - *mean);
+        squares += (value[k] - mean) * (value[k] - mean);
     }
-    *standard_error = n > 1 ? sqrt(squares / (n * (n - 1.0)) + width * width / 12.0) : NAN;
+    const double error = n > 1 ? sqrt(squares / (n * (n - 1.0)) + width * width / 12.0) : NAN;
+    const double far = ry_student(0.95, n - 1.0) * error;
+    return (ry_threshold_side){mean, error, mean - far, mean + far};
 }
 
 static void summarize(const search *s, ry_threshold_result *r)
@@ -278,12 +271,10 @@ static void summarize(const search *s, ry_threshold_result *r)
     }
     for (int start = 0; start < RY_THRESHOLD_STARTS; start++) {
         ry_threshold_side *const side = &r->side[start];
-        average(n, value[start], width, &side->mean, &side->standard_error);
-        const double low = side->mean - student(n - 1) * side->standard_error;
-        side->low = low < 0.0 ? 0.0 : low; /* not fmax, which would hide a NAN */
-        side->high = side->mean + student(n - 1) * side->standard_error;
+        *side = average(n, value[start], width);
+        side->low = side->low < 0.0 ? 0.0 : side->low; /* not fmax, which would hide a NAN */
     }
-    average(n, difference, width * 1.41421356, &r->difference, &r->difference_error);
+    r->difference = average(n, difference, width * 1.41421356);
     const ry_derived q = ry_config_derive(&s->base);
     r->d_star = ry_relation_d_star(q.d, q.density / s->base.fluid_density, s->base.domain_gravity,
                                    s->base.fluid_viscosity);

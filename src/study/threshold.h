@@ -39,7 +39,7 @@ typedef struct ry_threshold_side {
 
 typedef struct ry_threshold_result {
     ry_threshold_side side[RY_THRESHOLD_STARTS];
-    double difference, difference_error; /* from rest minus from motion, over the same beds */
+    ry_threshold_side difference; /* from rest minus from motion, over the same beds */
     int trials;
     double d_star, seconds;
     double literature[8]; /* thresholds of analysis/relations.h at this D*, in its order */

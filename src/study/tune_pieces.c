@@ -133,7 +133,7 @@ static ry_status settle(ry_tune_piece *piece, ry_sim *sim, ry_tune_stop *stop, v
 static int is_enough(const ry_tune_piece *piece, const ry_series_statistics *s)
 {
     const double wanted = fmax(RELATIVE_GOAL * fabs(s->mean), piece->goal * piece->target);
-    return s->effective_samples >= 10.0 && s->standard_error < wanted;
+    return s->effective_samples >= RY_SERIES_ENOUGH && s->standard_error < wanted;
 }
 
 static ry_status sample_flux(ry_tune_piece *piece, ry_sim *sim, double *series, ry_tune_stop *stop,

@@ -132,7 +132,7 @@ typedef struct ry_tune_fit {
     ry_tune_flux his, best; /* his constants; ours with the best beta */
     double spread[RY_TUNE_THETAS]; /* of beds with other seeds, as a part of q*, pooled over all sets */
     double fine_beta[RY_TUNE_FINE], fine_misfit[RY_TUNE_FINE];
-    double beta, low, high; /* 95 % of the resampled optima */
+    double beta, low, high; /* 95 %, by the misfit */
     int identifiable, at_edge;
     double contrast;               /* misfit at its worst less at its best */
     int reachable[RY_TUNE_THETAS]; /* some beta of the grid comes within 25 % of the target */

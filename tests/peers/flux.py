@@ -50,11 +50,12 @@ def q_of(series_file):
 
 def needed(q):
     """Seconds of flow until q* is known well enough; None: it never is."""
-    per_look, first = round(LOOK / SAMPLE), round(AFTER / SAMPLE)
-    for n in range(first, len(q) + 1, per_look):
-        mean, error = known.mean(q[:n])
-        if mean > 0.0 and error < STATISTICAL * mean:
-            return n * SAMPLE
+    per_look, look = round(LOOK / SAMPLE), round(AFTER / LOOK)
+    while look * per_look <= len(q):
+        mean, error, number = known.statistics(q[:look * per_look])
+        if mean > 0.0 and number >= known.ENOUGH and error < STATISTICAL * mean:
+            return look * LOOK
+        look += look // 5 + 1
     return None
 
 

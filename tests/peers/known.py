@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """How well the mean of a correlated series is known: src/analysis/statistics.c again, for the series of other programs.
-Autocorrelation by FFT, Geyer's window, Wolff's correction, and the cut that leaves the most independent samples."""
+Autocorrelation by FFT, Geyer's window, Wolff's correction, the cut that leaves the most independent samples, and what
+such a choice feigns."""
 import numpy as np
 
-CANDIDATES, FEWEST = 80, 8
+CANDIDATES, FEWEST, SELECTION, ENOUGH = 80, 8, 12.0, 20.0
 
 
 def autocorrelation_time(x):
@@ -25,12 +26,19 @@ def effective(x):
     return len(x) / max(1.0, 2.0 * autocorrelation_time(x)) if np.ptp(x) > 0.0 else len(x)
 
 
-def mean(x):
-    """Mean and standard error of what follows the cut."""
+def statistics(x):
+    """Mean and standard error of what follows the cut, and how many independent samples that is."""
     x = np.asarray(x, dtype=float)
-    if len(x) >= 2 * FEWEST and np.ptp(x) > 0.0:
+    searched = len(x) >= 2 * FEWEST and np.ptp(x) > 0.0
+    if searched:
         cuts = sorted({int((i / (CANDIDATES - 1)) ** 2 * 0.5 * len(x)) for i in range(CANDIDATES)})
         x = x[max(cuts, key=lambda cut: (effective(x[cut:]), -cut)):]
     if len(x) < FEWEST or np.ptp(x) == 0.0:
-        return x.mean(), np.inf
-    return x.mean(), np.sqrt(x.var() * 2.0 * autocorrelation_time(x) / len(x))
+        return x.mean(), np.inf, len(x)
+    found = len(x) / (2.0 * autocorrelation_time(x))
+    number = found / (1.0 + SELECTION / found) if searched else found
+    return x.mean(), np.sqrt(x.var() / number), number
+
+
+def mean(x):
+    return statistics(x)[:2]
