@@ -232,7 +232,9 @@ static ry_status say_cost(const ry_writer *w, const ry_config *config, const ry_
     const int64_t n = size->explicit_grains + size->bed + size->floor;
     say(w, "\nSIZE AND COST\n  grains                   %lld explicit + %lld of the bed + %lld of the floor\n",
         (long long)size->explicit_grains, (long long)size->bed, (long long)size->floor);
-    say(w, "  fluid column             %d cells of %.4g m\n", (int)size->nz, size->dz);
+    say(w, "  fluid column             %d cells of %.4g m", (int)size->nz, size->dz);
+    say(w, size->dz > 0.17 * q.d ? ", %.3g diameters each: too high for finer ones; bed and flow are as coarse\n" : "\n",
+        size->dz / q.d);
     say(w, "  memory                   about %.3g MiB, and up to %.3g MiB of output on its way to the file\n",
         memory_of(size) / 1048576.0, output_of(config, size) / 1048576.0);
     say(w, "  threads                  %d\n", sim->plan.threads);
