@@ -213,6 +213,9 @@ class Cli(unittest.TestCase):
         r = self.run_program("show", "scene.yaml", "-s", "contact.friction=0.4321")
         self.assertEqual((r.returncode, r.stderr), (0, ""))
         self.assertIn("0.4321", r.stdout)
+        self.assertNotIn("diameters each", r.stdout)
+        (self.folder / "scene.yaml").write_text(SCENE + "particles: [{position: [1 mm, 10 m], diameter: 0.5 mm}]\n")
+        self.assertRegex(self.run_program("show", "scene.yaml").stdout, "8192 cells of 0.00122. m, 2.44 diameters each")
         self.assertEqual(sorted(p.name for p in self.folder.iterdir()), ["scene.yaml"])
 
     def test_show_of_a_hertz_spring(self):

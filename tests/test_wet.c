@@ -197,18 +197,33 @@ static void append(void *data, const char *text)
     strncat(data, text, 30000 - strlen(data) - 1);
 }
 
+/* What show says of the flume with `n` overrides. */
+static const char *describe(const char *const *overrides, int n)
+{
+    static char text[30000];
+    ry_config config;
+    ry_error error = {0};
+    text[0] = '\0';
+    assert_int_equal(ry_config_load(&config, RY_SOURCE_DIR "/params/flume.yaml", overrides, n, &error), RY_OK);
+    assert_int_equal(ry_describe_scene(&config, append, text, &error), RY_OK);
+    ry_config_free(&config);
+    return text;
+}
+
+/* The first number behind `label`. */
+static double number_behind(const char *text, const char *label)
+{
+    const char *const at = strstr(text, label);
+    assert_non_null(at);
+    return strtod(at + strlen(label), NULL);
+}
+
 /* Row V, St of a pair, e, St at a wall, e: with St = 100 of the pair, whatever the grains are. */
 static void test_show(void **state)
 {
     (void)state;
-    static char text[30000];
-    ry_config config;
-    ry_error error = {0};
     const char *const overrides[] = {"contact.wet=true", "contact.restitution=0.8", "time.end=0.001"};
-    assert_int_equal(ry_config_load(&config, RY_SOURCE_DIR "/params/flume.yaml", overrides, 3, &error), RY_OK);
-    assert_int_equal(ry_describe_scene(&config, append, text, &error), RY_OK);
-    ry_config_free(&config);
-    const char *const table = strstr(text, "WET CONTACTS");
+    const char *const table = strstr(describe(overrides, 3), "WET CONTACTS");
     assert_non_null(table);
     assert_non_null(strstr(table, "settling velocity"));
     assert_non_null(strstr(table, "friction velocity"));
@@ -223,11 +238,48 @@ static void test_show(void **state)
     assert_true(fabs(e - 0.8 * exp(-0.35)) < 1e-4 && fabs(e_wall - 0.8 * exp(-0.7)) < 1e-4);
 }
 
+/* Ferguson & Church's law is the one whose settling velocity is known: of sand in water and, beyond 1 m/s, in air. */
+static void test_settling_velocity(void **state)
+{
+    (void)state;
+    static const struct {
+        const char *density, *viscosity;
+        double rho, nu;
+    } fluids[] = {{"fluid.density=1000", "fluid.viscosity=1e-6", 1000.0, 1e-6},
+                  {"fluid.density=1.2", "fluid.viscosity=1.5e-5", 1.2, 1.5e-5}};
+    for (int k = 0; k < 2; k++) {
+        const char *const overrides[] = {"contact.wet=true", "time.end=0.001", "fluid.drag=ferguson-church",
+                                         fluids[k].density, fluids[k].viscosity};
+        const double d = 0.5e-3, pull = (2650.0 / fluids[k].rho - 1.0) * 9.81 * d * d;
+        const double w = pull / (18.0 * fluids[k].nu + sqrt(0.75 * 0.4 * pull * d));
+        assert_true(fabs(number_behind(describe(overrides, 5), "settling velocity") / w - 1.0) < 1e-3);
+    }
+}
+
+/* A grain at rest on the floor: m g/k, 1 + 6 k dt^2/(4 m) more with law energy, (m g/(k d))^(2/3) with tanaka; and how
+ * much slower drag makes a grain in a step. */
+static void test_rest(void **state)
+{
+    (void)state;
+    const double d = 0.5e-3, volume = M_PI / 6.0 * d * d * d, linear = 1650.0 * volume * 9.81 / (10.0 * d);
+    const double wet = 3150.0 * volume, soft = 1.0 + 1.5 * 10.0 * 4e-10 / wet, b = 3.0 * M_PI * 1e-3 * d * 2e-5 / wet;
+    const char *const laws[] = {"contact.law=cundall", "contact.law=energy", "contact.law=tanaka"};
+    const double expected[] = {linear, linear * soft, pow(linear, 2.0 / 3.0)};
+    for (int k = 0; k < 3; k++) {
+        const char *const overrides[] = {"contact.stiffness=10", "time.end=0.001", laws[k]};
+        const char *const text = describe(overrides, 3);
+        assert_true(fabs(number_behind(text, "static overlap") / expected[k] - 1.0) < 1e-3);
+        assert_true(fabs(number_behind(text, "drag over a step, b") / b - 1.0) < 1e-3);
+        assert_true((strstr(text, "bounded by the law") != NULL) == (k == 1));
+    }
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_damping),    cmocka_unit_test(test_impacts), cmocka_unit_test(test_added_losses),
         cmocka_unit_test(test_no_rebound), cmocka_unit_test(test_show),
+        cmocka_unit_test(test_settling_velocity), cmocka_unit_test(test_rest),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

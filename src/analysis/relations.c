@@ -19,7 +19,7 @@ static double excess_power(const ry_relation *r, const ry_relation_input *in)
  * 59) print 17 theta_e^1.5 (1 - theta_c/theta) (1 - sqrt(theta_c/theta)), which is this with b = 1
  * where the whole stress acts on the grains, theta_e = theta: a plane bed. Engelund & Fredsoe 1976
  * (Nordic Hydrol. 7, 293) with b = 0.7: what their next relation tends to just above the threshold,
- * a = 30/(0.51 pi). */
+ * a = 30/(0.51 pi) = 18.72, printed 18.74. */
 static double excess_velocity(const ry_relation *r, const ry_relation_input *in)
 {
     return r->a * (in->theta - in->theta_c) * (sqrt(in->theta) - r->b * sqrt(in->theta_c));
@@ -35,8 +35,8 @@ static double engelund_fredsoe_share(const ry_relation *r, const ry_relation_inp
     return r->a * p * (sqrt(in->theta) - 0.7 * sqrt(in->theta_c));
 }
 
-/* Einstein 1942 (Trans. ASCE 107, 561): 0.465 q* = F exp(-0.391/theta), F = 1 for
- * coarse grains. */
+/* Einstein 1942 (Trans. ASCE 107, 561): 0.465 q* = F exp(-0.391/theta), with Rubey's F, 0.816 for coarse grains; as
+ * it is usually given, F = 1. */
 static double einstein_exponential(double theta)
 {
     return exp(-0.391 / theta) / 0.465;

@@ -60,7 +60,8 @@ static void say_contact(const ry_writer *w, const ry_config *config, const ry_de
     const ry_law_coef law = ry_plan_law(config, q);
     const double dt = config->time_step;
     const double im = q->step_ratio / (2.0 * q->stiffness * dt * dt); /* 1/m of the mean grain, wet */
-    const ry_bond pair = ry_bond_make(&law, 2.0 * im, 7.0 * im);
+    const ry_bond pair = ry_bond_make(&law, 2.0 * im, 7.0 * im), wall = ry_bond_make(&law, im, 3.5 * im);
+    const double weight = q->mass * im * q->buoyant_gravity * dt * dt; /* what the spring holds, as a stretch */
     say(w, "\nCONTACT of two mean grains, d = %.6g m, m = %.6g kg\n", q->d, q->mass);
     say(w, "  stiffness k              %.8g N/m\n", q->stiffness);
     say(w, "  damping eta              %.8g N s/m\n", q->damping);
@@ -72,9 +73,8 @@ static void say_contact(const ry_writer *w, const ry_config *config, const ry_de
     say(w, "  damping ratio zeta       %.8g (alpha_cn beta on the reduced mass)\n", q->zeta_pair);
     say(w, "  restitution e            %.8g between two grains, %.8g at a wall or fixed grain\n",
         q->restitution, q->restitution_wall);
-    const double overlap = q->mass * q->buoyant_gravity / (q->stiffness * q->d);
-    say(w, "  static overlap           %.3g d under the grain's own weight\n",
-        law.hertz > 0.0 ? pow(overlap, 2.0 / 3.0) : overlap);
+    say(w, "  static overlap           %.4g d on the floor, under the grain's own weight\n",
+        pow(weight / wall.a, law.hertz > 0.0 ? 2.0 / 3.0 : 1.0) / q->d);
 }
 
 /* ---- contacts in a viscous fluid ------------------------------------------------------------- */
@@ -85,9 +85,9 @@ static double settling_velocity(const ry_config *config, const ry_derived *q)
     const double per_area = q->mass * q->buoyant_gravity / (0.125 * M_PI * config->fluid_density * q->d * q->d);
     const double viscous = config->fluid_viscosity / q->d, c = config->fluid_drag_coefficient;
     const double root_viscous = sqrt(24.0 * viscous);
-    double low = 0.0, high = 1.0;
+    double low = 0.0, high = INFINITY;
     for (int k = 0; k < 200; k++) {
-        const double v = k < 100 && high > 0.0 ? high : 0.5 * (low + high);
+        const double v = isfinite(high) ? 0.5 * (low + high) : (low > 0.0 ? 2.0 * low : 1.0);
         const double drag = v * (config->fluid_drag == RY_DRAG_DALLAVALLE  ? ry_drag_dallavalle(v, root_viscous, c)
                                  : config->fluid_drag == RY_DRAG_SCHILLER ? ry_drag_schiller(v, viscous, c)
                                                                           : ry_drag_ferguson(v, viscous, c));
@@ -167,6 +167,11 @@ static void say_fluid(const ry_writer *w, const ry_config *config, const ry_deri
     say(w, "\nFLUID\n  Shields number           %.6g\n  bed shear stress         %.6g Pa\n", q->shields, q->shear_stress);
     say(w, "  friction velocity        %.6g m/s\n", q->friction_velocity);
     say(w, "  grain Reynolds number    %.6g\n", q->friction_velocity * q->d / config->fluid_viscosity);
+    const double mass = q->mass * (1.0 + config->fluid_added_mass * config->fluid_density / q->density);
+    const double b = 3.0 * M_PI * config->fluid_viscosity * config->fluid_density * q->d * config->time_step / mass;
+    say(w, "  drag over a step, b      %.4g at rest, %.4g where phi is 0.6 (a grain at rest loads others with\n"
+           "                           1/(1 + b) of its weight; smaller with time.step)\n",
+        b, b * pow(0.4, -config->fluid_hindrance));
     say(w, "  flux: q_b = q* x %.6g m^2/s (sphere volumes over a slab of width d)\n", q->flux_unit);
 }
 
@@ -227,7 +232,9 @@ static ry_status say_cost(const ry_writer *w, const ry_config *config, const ry_
     const int64_t n = size->explicit_grains + size->bed + size->floor;
     say(w, "\nSIZE AND COST\n  grains                   %lld explicit + %lld of the bed + %lld of the floor\n",
         (long long)size->explicit_grains, (long long)size->bed, (long long)size->floor);
-    say(w, "  fluid column             %d cells of %.4g m\n", (int)size->nz, size->dz);
+    say(w, "  fluid column             %d cells of %.4g m", (int)size->nz, size->dz);
+    say(w, size->dz > 0.17 * q.d ? ", %.3g diameters each: too high for finer ones; bed and flow are as coarse\n" : "\n",
+        size->dz / q.d);
     say(w, "  memory                   about %.3g MiB, and up to %.3g MiB of output on its way to the file\n",
         memory_of(size) / 1048576.0, output_of(config, size) / 1048576.0);
     say(w, "  threads                  %d\n", sim->plan.threads);
