@@ -94,8 +94,8 @@ RY_INLINE double ry_energy_refine(const ry_touch t, double a, double stretch, do
 }
 
 /* That w'. Where the spring starts, in the closing step, the positive root: keep going in; later, or where the line of
- * centres turns faster than the grains approach, the negative one: turn round, or leave. First with the h of a step without impact; two turns
- * more reach rounding up to a tenth of a diameter a step, three up to half of one. */
+ * centres turns faster than the grains approach, the negative one: turn round, or leave. First with the h of a step
+ * without impact; two turns more reach rounding up to a tenth of a diameter a step, three up to half of one. */
 RY_INLINE double ry_energy_keep(const ry_energy_share has, const ry_touch t, double a, double per_1a, int starts)
 {
     const double free = t.w + t.g, h = ry_energy_turning(t, free).h;
@@ -134,8 +134,8 @@ RY_INLINE ry_push ry_law_energy_enduring(const ry_bond q, const ry_touch t)
     return ry_energy_spring(q, t, ry_min(t.rest, t.d), 0);
 }
 
-/* Stretch of the spring of a contact that was an impact until now. Of what it was paid rounding leaves something when it
- * has let go: that is none. */
+/* Stretch of the spring of a contact that was an impact until now. Of what it was paid rounding leaves something when
+ * it has let go: that is none. */
 RY_INLINE double ry_energy_kept(const ry_bond q, const ry_touch t, double holds)
 {
     const double stretch = sqrt(ry_max(2.0 * holds / q.a, 0.0));
@@ -164,15 +164,15 @@ RY_INLINE ry_push ry_law_energy(const ry_bond q, const ry_touch t)
     const ry_energy_share close = ry_energy_close(q, t, a);
     const ry_energy_share has = {is_new ? close.stretch : kept, is_new ? close.motion2 : t.w * t.w, close.lost};
 
-    /* a spring that has let go costs nothing, and starts anew when it is squeezed; grains that pass each other obliquely
-     * and part already are let go */
+    /* a spring that has let go costs nothing, and starts anew when it is squeezed; grains that pass each other
+     * obliquely and part already are let go */
     const int starts = is_new | (kept <= 0.0), parts = starts & (t.w <= 0.0);
     const double after = ry_energy_keep(has, t, a, per_1a, starts);
     const double impact = parts ? 0.0 : (after - t.w - t.g) * per_split;
     const double loss = is_new & !parts ? close.lost * per_split : 0.0;
     const double spring = is_new ? 0.0 : 0.5 * q.a * kept * kept;
 
-    const double rest = ry_max(t.d - (is_new & parts ? 0.0 : has.stretch), 0.0);
+    const double rest = ry_max(t.d - (is_new & parts ? 0.0 : has.stretch), 0.0); /* without books, or enduring */
     const double pushed = is_impact & !parts & ry_energy_is_booked(t, impact, after) ? impact - t.g : 0.0;
     const double used = is_impact ? kept : t.d - rest;
     const ry_push lasting = ry_energy_spring(q, t, rest, t.age > 0.0);

@@ -66,10 +66,11 @@ typedef struct ry_push {
     double dashpot; /* the part of f that the dashpot gives [m] */
 } ry_push;
 
-/* What the spring of an impact holds after a step [m^2], of laws that do impacts apart: what was really paid into it. The
- * work of f (and of g, which the law reckons over the drift w', over the mean) is known when w', the approach after the
- * step along the line of centres of that step, is there, with all that other contacts have added. Till then `rest` is all
- * that does not wait for w' [m^2], and `pushed` is f - g [m]. pushed = 0: no such books, it is that of its overlap d. */
+/* What the spring of an impact holds after a step [m^2], of laws that do impacts apart: what was really paid into it.
+ * The work of f (and of g, which the law reckons over the drift w', over the mean) is known when w' is there, the
+ * approach after the step along the line of centres of that step, with all that other contacts have added. Till then
+ * `rest` is what does not wait for w' [m^2], and `pushed` is f - g [m]. pushed = 0: no such books, the spring is as
+ * long as the overlap d says. */
 RY_INLINE double ry_impact_holds(double a, double d, double rest, double pushed, double then)
 {
     const double stretch = d > rest ? d - rest : 0.0;

@@ -192,7 +192,7 @@ static void book_losses(const ry_contact *c, const ry_near *near, int impacts)
     }
 }
 
-/* One of eight ages is 1 to RY_IMPACT_STEPS + 1, which is 5: in one word, of which each byte is looked at for itself. */
+/* One of eight ages is 1 to RY_IMPACT_STEPS + 1, which is 5: in one word, whose bytes are looked at one by one. */
 RY_INLINE int any_young(const uint8_t *age)
 {
     const uint64_t ages = eight_bytes(age);

@@ -154,6 +154,7 @@ typedef struct ry_contact_sums {
     double elastic_normal, elastic_tangential; /* [J] */
     int64_t touching;
 } ry_contact_sums;
+
 /* Approach along the line of centres of the step before, which the grains have left by u since: u approach, d from the
  * owner to its partner. That of a wall does not turn. */
 RY_INLINE double ry_contact_then(double dx, double dz, double ux, double uz, int turns)

@@ -64,9 +64,8 @@ typedef struct ry_pairs {
     int32_t *below;       /* n_inner: the slots in which a grain is the partner, ascending owner id */
     int32_t *wall_slot[RY_MAX_WALLS]; /* n_grains each: slot of the grain's pair with the wall, or -1 */
 
-    int32_t *young;       /* n: of each chunk, from its start, the contacts in their first steps, and those that were until
-                             now; the walls' last; NULL,
-                             as young_…, unless the law does those apart */
+    int32_t *young;       /* n: of each chunk, from its start, the contacts in their first steps, and those that were
+                             until now; the walls' last; NULL, as young_…, unless the law does those apart */
     uint8_t *young_age;   /* what their ages become when all of them are done */
     int32_t *n_young;     /* n_chunks + 1: how many; the last for the walls */
     int32_t *young_next;  /* n_chunks + 1: the next of them that a pass will ask for, as a rule */

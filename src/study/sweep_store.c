@@ -33,7 +33,7 @@ ry_status ry_sweep_store_init(ry_sweep_store *store, const char *output, int n_c
     }
     if (store->folder == NULL) {
         ry_sweep_store_close(store);
-        return ry_no_memory(error, length);
+        return ry_no_memory(error, strlen(store->output));
     }
     return RY_OK;
 }
