@@ -75,7 +75,7 @@ class Links(unittest.TestCase):
         time.sleep(0.5)
         for name in ("link.h5", "disk/far.h5"):
             self.assertIn("in use", self.run_program("run", "scene.yaml", "-o", name, "--force", status=4))
-        self.assertIn("see: ryusa info disk/far.h5.part\n", self.run_program("info", "link.h5", status=4))
+        self.assertIn("`info disk/far.h5.part'", self.run_program("info", "link.h5", status=4))
         job.send_signal(signal.SIGINT)
         _, err = job.communicate(timeout=30)
         self.assertEqual(job.returncode, 130, err)

@@ -196,7 +196,7 @@ class Tune(unittest.TestCase):
 
     def test_joint_finds_its_own_truth(self):
         """The target is the model itself with friction 0.2: friction is found; of springs of 20 to 30 steps, which the flux
-        feels by 1 or 2 % (20 and 60: 4 +- 2 %), a hundredth as much is known. (How often an interval holds the truth:
+        feels by 1 or 2 % (20 and 60: 4 +- 2 %), less than a tenth as much is known. (How often an interval holds the truth:
         test_response.)"""
         self.write("title: truth\ntime: {step: 20 us, end: 2.4 s, settle: 0.1 s}\n"
                    "grains: {columns: 24, layers: 4, packing: random, seed: 3}\n"
@@ -220,7 +220,7 @@ class Tune(unittest.TestCase):
             friction, information = file["joint/contact.friction"].attrs, file["joint/information"][()]
             self.assertLess(abs(np.log(friction["best"] / 0.2)), np.log(2.0), r.stdout)
             self.assertLess(np.log(friction["high"] / friction["low"]), np.log(0.9 / 0.04) / 2, r.stdout)
-            self.assertLess(information[1], 0.01 * information[0], r.stdout)
+            self.assertLess(information[1], 0.1 * information[0], r.stdout)
             self.assertLess(abs(file["joint/direction-1/vector"][0]), 0.5, r.stdout)
 
     def test_resume_replaces_no_scene(self):

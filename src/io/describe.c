@@ -408,7 +408,7 @@ static ry_status find_part(const char *file, ry_error *error)
     const ry_status status =
         part != NULL && access(part, F_OK) == 0
             ? ry_fail(error, RY_BAD_FILE,
-                      "%s: is not there, but %s is, of a run that goes on or was stopped; see: ryusa info %s", file, part,
+                      "%s: is not there, but %s is, of a run that goes on or was stopped; `info %s' tells of it", file, part,
                       part)
             : RY_OK;
     free(part);

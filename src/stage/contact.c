@@ -57,7 +57,7 @@ double ry_contact_held(const ry_contact *c, const ry_grains *g, const ry_pairs *
 {
     const int32_t i = pairs->i[p], j = pairs->j[p];
     const double ux = (g->vx[i] - g->vx[j]) * c->dt, uz = (g->vz[i] - g->vz[j]) * c->dt;
-    const double then = ry_contact_then(gap.dx, gap.dz, ux, uz, j < pairs->n_grains);
+    const double then = ry_contact_then(gap.dx, gap.dz, gap.distance, ux, uz, j < pairs->n_grains);
     const double a = ry_contact_bond(c, pairs, p).a, overlap = g->radius[i] + g->radius[j] - gap.distance;
     return ry_impact_holds(a, overlap, pairs->rest[p], pairs->slip[p], then) / ((c->im[i] + c->im[j]) * c->dt * c->dt);
 }

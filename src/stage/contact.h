@@ -156,11 +156,11 @@ typedef struct ry_contact_sums {
 } ry_contact_sums;
 
 /* Approach along the line of centres of the step before, which the grains have left by u since: u approach, d from the
- * owner to its partner. That of a wall does not turn. */
-RY_INLINE double ry_contact_then(double dx, double dz, double ux, double uz, int turns)
+ * owner to its partner. That of a wall does not turn, and its distance has a sign. */
+RY_INLINE double ry_contact_then(double dx, double dz, double distance, double ux, double uz, int turns)
 {
     const double x = turns ? dx + ux : dx, z = turns ? dz + uz : dz;
-    return (ux * x + uz * z) / sqrt(x * x + z * z);
+    return (ux * x + uz * z) / (turns ? sqrt(x * x + z * z) : distance);
 }
 
 /* From the owner of a pair to its partner; signed distance for a wall [m]. */

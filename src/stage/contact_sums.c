@@ -55,7 +55,7 @@ RY_INLINE void find_energies(const ry_contact *c, ry_batch *b, const int kept, c
         const double closing = -(near->dvx[k] * near->dx[k] + near->dvz[k] * near->dz[k]) / distance * dt;
         const double half = explicit_half * closing;
         const double ux = -near->dvx[k] * dt, uz = -near->dvz[k] * dt;
-        const double then = ry_contact_then(near->dx[k], near->dz[k], ux, uz, near->bend[k] > 0.0);
+        const double then = ry_contact_then(near->dx[k], near->dz[k], distance, ux, uz, near->bend[k] > 0.0);
         const double paid = ry_impact_holds(q.a, radii - distance, near->rest[k], near->slip[k], then);
         const double spring = q.a * root * stretch * (power * stretch - half);
         b->normal[k] = (impacts ? paid : spring) / (ims * dt * dt);

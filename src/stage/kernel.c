@@ -170,7 +170,7 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
             t.stick = -w_t * ims * (dt * per_tms);
             t.mu = features & RY_CONTACT_FRICTION ? coef.friction : 0.0;
             t.pushed = t.age > 0.0 ? slip_before : 0.0;
-            t.then = ry_contact_then(near->dx[k], near->dz[k], ux, uz, t.bend > 0.0);
+            t.then = ry_contact_then(near->dx[k], near->dz[k], distance, ux, uz, t.bend > 0.0);
         }
         const ry_push p = law(bond, t);
         const double normal = p.f * per_ims;
