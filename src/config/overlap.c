@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * Sweep: discs sorted by their near edge along the longer side of the scene; partners of one begin before its far
- * edge. */
+ * Sweep: discs in rows as high as the largest is wide, sorted in each by their left edge. Partners of one lie in its
+ * row or the next, and begin before its right edge. */
 #include "config/overlap.h"
 
 #include <stdlib.h>
@@ -10,66 +10,59 @@
 #include "config/resolve.h"
 
 typedef struct entry {
-    double edge, along, across, radius;
+    double row, left, x, z, radius;
     int index, fixed;
 } entry;
 
-static int by_edge(const void *a, const void *b)
+typedef struct sorted {
+    entry *entries;
+    int n, between;
+    double largest; /* diameter */
+} sorted;
+
+static int by_row_and_edge(const void *a, const void *b)
 {
     const entry *one = a, *other = b;
-    if (one->edge != other->edge) {
-        return one->edge < other->edge ? -1 : 1;
+    if (one->row != other->row) {
+        return one->row < other->row ? -1 : 1;
+    }
+    if (one->left != other->left) {
+        return one->left < other->left ? -1 : 1;
     }
     return one->index - other->index;
 }
 
-static entry make_entry(const ry_disc *d, int index, double shift, int upright)
+static entry make_entry(const ry_disc *d, int index, double shift, double height)
 {
-    const double x = d->x + shift, along = upright ? d->z : x, across = upright ? x : d->z;
-    return (entry){along - d->radius, along, across, d->radius, index, d->fixed};
-}
-
-/* The scene extends farther along z. */
-static int is_upright(const ry_disc *discs, int n)
-{
-    double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
-    for (int i = 0; i < n; i++) {
-        low[0] = fmin(low[0], discs[i].x);
-        high[0] = fmax(high[0], discs[i].x);
-        low[1] = fmin(low[1], discs[i].z);
-        high[1] = fmax(high[1], discs[i].z);
-    }
-    return high[1] - low[1] > high[0] - low[0];
+    const double x = d->x + shift;
+    return (entry){floor(d->z / height), x - d->radius, x, d->z, d->radius, index, d->fixed};
 }
 
 /* All discs and, where x is periodic, copies beyond the right end of those near the left one. */
-static int make_entries(const ry_disc *discs, int n, double length, entry *entries)
+static void make_entries(const ry_disc *discs, int n, double length, sorted *all)
 {
-    const int upright = is_upright(discs, n);
-    double largest = 0.0;
-    int made = 0;
     for (int i = 0; i < n; i++) {
-        largest = fmax(largest, 2.0 * discs[i].radius);
+        all->largest = fmax(all->largest, 2.0 * discs[i].radius);
     }
     for (int i = 0; i < n; i++) {
-        entries[made++] = make_entry(&discs[i], i, 0.0, upright);
-        if (length > 0.0 && discs[i].x <= largest) {
-            entries[made++] = make_entry(&discs[i], i, length, upright);
+        all->entries[all->n++] = make_entry(&discs[i], i, 0.0, all->largest);
+        if (length > 0.0 && discs[i].x <= all->largest) {
+            all->entries[all->n++] = make_entry(&discs[i], i, length, all->largest);
         }
     }
-    return made;
+    qsort(all->entries, (size_t)all->n, sizeof *all->entries, by_row_and_edge);
 }
 
 static ry_overlap overlap_of(const entry *a, const entry *b, int between)
 {
     const int first = a->index < b->index ? a->index : b->index, second = a->index < b->index ? b->index : a->index;
-    const double touching = a->radius + b->radius, along = a->along - b->along, across = a->across - b->across;
+    const double touching = a->radius + b->radius, x = a->x - b->x, z = a->z - b->z;
     const int looked_at = between <= 0 || (first < between && second >= between);
     ry_overlap found = {-1, -1, 0.0, RY_MOST_OVERLAP * 2.0 * fmin(a->radius, b->radius)};
-    if (fabs(across) > touching || first == second || (a->fixed && b->fixed) || !looked_at) { /* most */
+    if (fabs(z) > touching || first == second || (a->fixed && b->fixed) || !looked_at) { /* most */
         return found;
     }
-    found.depth = touching - hypot(along, across);
+    found.depth = touching - hypot(x, z);
     if (found.depth > found.most) {
         found.first = first;
         found.second = second;
@@ -77,30 +70,43 @@ static ry_overlap overlap_of(const entry *a, const entry *b, int between)
     return found;
 }
 
-static ry_overlap sweep(const entry *entries, int n, int between)
+/* Partners of entry i from entry `from` on, in the row of that. */
+static ry_overlap look(const sorted *all, int i, int from)
 {
-    for (int i = 0; i < n; i++) {
-        const double far = entries[i].along + entries[i].radius;
-        for (int j = i + 1; j < n && entries[j].edge < far; j++) {
-            const ry_overlap found = overlap_of(&entries[i], &entries[j], between);
-            if (found.first >= 0) {
-                return found;
-            }
-        }
+    const entry *const e = all->entries;
+    const double right = e[i].x + e[i].radius;
+    ry_overlap found = {-1, -1, 0.0, 0.0};
+    for (int j = from; found.first < 0 && j < all->n && e[j].row == e[from].row && e[j].left < right; j++) {
+        found = overlap_of(&e[i], &e[j], all->between);
     }
-    return (ry_overlap){-1, -1, 0.0, 0.0};
+    return found;
+}
+
+static ry_overlap sweep(const sorted *all)
+{
+    const entry *const e = all->entries;
+    ry_overlap found = {-1, -1, 0.0, 0.0};
+    int above = 0; /* the first of the next row that may reach entry i */
+    for (int i = 0; found.first < 0 && i < all->n; i++) {
+        while (above < all->n && (e[above].row < e[i].row + 1.0 ||
+                                  (e[above].row == e[i].row + 1.0 && e[above].left < e[i].left - all->largest))) {
+            above++;
+        }
+        found = i + 1 < all->n && e[i + 1].row == e[i].row ? look(all, i, i + 1) : found;
+        found = found.first < 0 && above < all->n && e[above].row == e[i].row + 1.0 ? look(all, i, above) : found;
+    }
+    return found;
 }
 
 ry_status ry_overlap_find(const ry_disc *discs, int n, int between, double length, ry_overlap *found, ry_error *error)
 {
-    entry *const entries = malloc(((size_t)n * 2 + 1) * sizeof *entries);
-    if (entries == NULL) {
+    sorted all = {.entries = malloc(((size_t)n * 2 + 1) * sizeof *all.entries), .between = between};
+    if (all.entries == NULL) {
         return ry_fail(error, RY_BAD_FILE, "not enough memory to look for grains that overlap");
     }
-    const int made = make_entries(discs, n, length, entries);
-    qsort(entries, (size_t)made, sizeof *entries, by_edge);
-    *found = sweep(entries, made, between);
-    free(entries);
+    make_entries(discs, n, length, &all);
+    *found = sweep(&all);
+    free(all.entries);
     return RY_OK;
 }
 
