@@ -52,6 +52,12 @@ static const golden table[] = {
     {"flume.yaml",
      "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.model=stress contact.law=cundall contact.alpha_cn=0.1 contact.wet=true domain.periodic=false domain.walls=true",
      2000, 0xa069986eb3570961u},
+    {"flume.yaml", "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.shields=0.3 fluid.turbulence=walk", 2000,
+     0x8140c872e4dbe38bu},
+    {"flume.yaml",
+     "grains.columns=12 grains.layers=6 time.settle=0.01 fluid.model=log fluid.shields=0.3 fluid.turbulence=walk fluid.eddy_time=2ms "
+     "fluid.lift=0.2 contact.law=cundall contact.alpha_cn=0.1",
+     2000, 0xae80f1d606cd2e42u},
 };
 enum { SCENES = sizeof table / sizeof *table };
 

@@ -37,6 +37,7 @@ extern "C" {
 #define RY_LIST_mixing(RY_NAME) \
     RY_NAME(RY_MIXING_LI_SAWAMOTO, "li-sawamoto") RY_NAME(RY_MIXING_DURAN, "duran") \
     RY_NAME(RY_MIXING_DURAN_MOVING, "duran-moving")
+#define RY_LIST_turbulence(RY_NAME) RY_NAME(RY_TURBULENCE_NONE, "none") RY_NAME(RY_TURBULENCE_WALK, "walk")
 #define RY_LIST_start(RY_NAME) RY_NAME(RY_START_REST, "rest") RY_NAME(RY_START_MOTION, "motion")
 #define RY_LIST_order(RY_NAME)                                             \
     RY_NAME(RY_ORDER_ID, "id") RY_NAME(RY_ORDER_BED, "bed")                \
@@ -50,6 +51,7 @@ typedef enum { RY_LIST_mapping(RY_NAME_ENUM) RY_MAPPING_COUNT } ry_mapping;
 typedef enum { RY_LIST_fluid(RY_NAME_ENUM) RY_FLUID_COUNT } ry_fluid;
 typedef enum { RY_LIST_drag(RY_NAME_ENUM) RY_DRAG_COUNT } ry_drag;
 typedef enum { RY_LIST_mixing(RY_NAME_ENUM) RY_MIXING_COUNT } ry_mixing;
+typedef enum { RY_LIST_turbulence(RY_NAME_ENUM) RY_TURBULENCE_COUNT } ry_turbulence;
 typedef enum { RY_LIST_start(RY_NAME_ENUM) RY_START_COUNT } ry_start;
 typedef enum { RY_LIST_order(RY_NAME_ENUM) RY_ORDER_COUNT } ry_order;
 #undef RY_NAME_ENUM

@@ -17,6 +17,7 @@ RY_WORDS(mapping)
 RY_WORDS(fluid)
 RY_WORDS(drag)
 RY_WORDS(mixing)
+RY_WORDS(turbulence)
 RY_WORDS(start)
 RY_WORDS(order)
 #undef RY_WORDS

@@ -268,9 +268,25 @@ static ry_status check_domain(const ry_check *check)
     return RY_OK;
 }
 
+static ry_status check_turbulence(const ry_check *check)
+{
+    const ry_config *const config = check->config;
+    const int walks = config->fluid_turbulence == RY_TURBULENCE_WALK;
+    if (walks && config->fluid_model != RY_FLUID_LOG && config->fluid_model != RY_FLUID_BALANCE) {
+        return ry_check_fail(check, RY_KEY_fluid_turbulence,
+                             "walk needs a flow with a profile; allowed is fluid.model: log or balance");
+    }
+    if (!walks && !isnan(config->fluid_eddy_time)) {
+        return ry_check_fail(check, RY_KEY_fluid_eddy_time, "%g s has no use without fluid.turbulence: walk",
+                             config->fluid_eddy_time);
+    }
+    return RY_OK;
+}
+
 static ry_status check_fluid(const ry_check *check)
 {
     const ry_config *config = check->config;
+    RY_TRY(check_turbulence(check));
     if (config->fluid_model == RY_FLUID_NONE) {
         return !config->contact_wet ? RY_OK
                                     : ry_check_fail(check, RY_KEY_contact_wet,

@@ -20,7 +20,8 @@ enum {
     CONTACT_FIELDS = 0 RY_CONTACT_FIELDS(ONE) RY_WET_FIELDS(ONE) RY_FROZEN_FIELDS(ONE),
     COLUMN_FIELDS = 0 RY_COLUMN_FIELDS(ONE),
     LEDGER_FIELDS = 0 RY_LEDGER_TOTALS(ONE),
-    SLEEP_FIELDS = 0 RY_SLEEP_FIELDS(ONE)
+    SLEEP_FIELDS = 0 RY_SLEEP_FIELDS(ONE),
+    EDDY_FIELDS = 0 RY_EDDY_FIELDS(ONE)
 };
 #undef ONE
 _Static_assert(sizeof(ry_grains) == (1 + GRAIN_FIELDS) * sizeof(void *), "a field without a list");
@@ -29,8 +30,10 @@ _Static_assert(sizeof(ry_contacts) == (5 + CONTACT_FIELDS) * sizeof(void *),
 _Static_assert(sizeof(ry_column) == (3 + COLUMN_FIELDS) * sizeof(void *), "a field without a list");
 _Static_assert(sizeof(ry_ledger) == (2 + 2 * LEDGER_FIELDS) * sizeof(int64_t), "a field without a list");
 _Static_assert(sizeof(ry_sleepers) == SLEEP_FIELDS * sizeof(void *), "a field without a list");
+_Static_assert(sizeof(ry_eddies) == EDDY_FIELDS * sizeof(void *), "a field without a list");
 _Static_assert(sizeof(ry_state) == 2 * sizeof(int64_t) + sizeof(ry_grains) + sizeof(ry_contacts) +
-                                       sizeof(ry_column) + sizeof(ry_ledger) + sizeof(ry_sleepers),
+                                       sizeof(ry_column) + sizeof(ry_ledger) + sizeof(ry_sleepers) +
+                                       sizeof(ry_eddies),
                "the state has a field that no checkpoint holds");
 
 enum { FORMAT = 3 }; /* of checkpoints; 1 had a ledger per grain, 2 no books of impacts */
@@ -183,6 +186,14 @@ static int write_arrays(const ry_h5 *file, int slot, const ry_state *state)
     }
     RY_SLEEP_FIELDS(WRITE);
 #undef WRITE
+#define WRITE(type, field, unit, text)                                                          \
+    if (state->eddies.field != NULL &&                                                          \
+        write_by_id(file, join(slot, "eddies", #field).string, type_##type(), &state->grains,   \
+                    unit, state->eddies.field, sizeof(type)) != 0) {                            \
+        return -1;                                                                              \
+    }
+    RY_EDDY_FIELDS(WRITE);
+#undef WRITE
 #define WRITE(field, unit, text)                                                  \
     if (state->column.nz > 0 &&                                                   \
         write_array(file, join(slot, "column", #field).string, H5T_NATIVE_DOUBLE, \
@@ -292,6 +303,14 @@ static int read_arrays(hid_t file, int slot, ry_state *state)
     }
     RY_SLEEP_FIELDS(READ);
 #undef READ
+#define READ(type, field, unit, text)                                                             \
+    if (state->eddies.field != NULL &&                                                            \
+        read_first(file, join(slot, "eddies", #field).string, type_##type(), state->grains.n,     \
+                   state->eddies.field) != 0) {                                                   \
+        return -1;                                                                                \
+    }
+    RY_EDDY_FIELDS(READ);
+#undef READ
 #define READ(field, unit, text)                                                                    \
     if (read_first(file, join(slot, "column", #field).string, H5T_NATIVE_DOUBLE, state->column.nz, \
                    state->column.field) != 0) {                                                    \
@@ -319,6 +338,9 @@ static int read_size(hid_t file, int slot, ry_state *state)
     }
     state->contacts.is_wet = ry_h5_exists(file, join(slot, "contacts", "wet").string);
     if (ry_h5_exists(file, join(slot, "sleepers", "asleep").string) && ry_state_add_sleepers(state, NULL) != RY_OK) {
+        return -1;
+    }
+    if (ry_h5_exists(file, join(slot, "eddies", "born").string) && ry_state_add_eddies(state, NULL) != RY_OK) {
         return -1;
     }
     if (ry_contacts_reserve(&state->contacts, contacts, NULL) != RY_OK) {

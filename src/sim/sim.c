@@ -50,7 +50,9 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
         free(keys);
         return ry_no_memory(error, (size_t)g->n * sizeof *keys);
     }
-    if (asleep != NULL && ry_state_add_sleepers(&copy, error) != RY_OK) {
+    const int eddies = state->eddies.born != NULL;
+    if ((asleep != NULL && ry_state_add_sleepers(&copy, error) != RY_OK) ||
+        (eddies && ry_state_add_eddies(&copy, error) != RY_OK)) {
         free(keys);
         ry_state_free(&copy);
         return error->status;
@@ -70,6 +72,11 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
             RY_SLEEP_FIELDS(RY_SLEEP_MOVE)
         }
 #undef RY_SLEEP_MOVE
+#define RY_EDDY_MOVE(type, name, unit, text) copy.eddies.name[k] = state->eddies.name[keys[k].id];
+        if (eddies) {
+            RY_EDDY_FIELDS(RY_EDDY_MOVE)
+        }
+#undef RY_EDDY_MOVE
     }
     const ry_grains grains = state->grains;
     state->grains = copy.grains;
@@ -77,6 +84,9 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
     const ry_sleepers sleepers = state->sleepers;
     state->sleepers = copy.sleepers;
     copy.sleepers = sleepers;
+    const ry_eddies were = state->eddies;
+    state->eddies = copy.eddies;
+    copy.eddies = were;
     ry_state_free(&copy);
     free(keys);
     return RY_OK;
@@ -95,6 +105,9 @@ static ry_status set_up(ry_sim *sim, int threads, ry_error *error)
     const int is_new = state->step == 0;
     if (sim->config.contact_sleep > 0.0 && sim->state.sleepers.asleep == NULL) {
         RY_TRY(ry_state_add_sleepers(&sim->state, error));
+    }
+    if (sim->config.fluid_turbulence != RY_TURBULENCE_NONE && sim->state.eddies.born == NULL) {
+        RY_TRY(ry_state_add_eddies(&sim->state, error));
     }
     RY_TRY(order_grains(&sim->state, &sim->config, ry_config_derive(&sim->config).d, error));
     if (sim->config.fluid_model != RY_FLUID_STRESS && sim->config.fluid_model != RY_FLUID_BALANCE) {

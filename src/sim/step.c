@@ -215,8 +215,8 @@ static void name_kernels(ry_plan *plan, const ry_config *config)
     static const char *const models[] = {RY_LIST_fluid(RY_NAME)};
     static const char *const drags[] = {RY_LIST_drag(RY_NAME)};
 #undef RY_NAME
-    snprintf(plan->flow_kernel, sizeof plan->flow_kernel, "%s, %s%s", models[config->fluid_model],
-             drags[config->fluid_drag], config->fluid_lift > 0.0 ? " + lift" : "");
+    snprintf(plan->flow_kernel, sizeof plan->flow_kernel, "%s, %s%s%s", models[config->fluid_model],
+             drags[config->fluid_drag], config->fluid_lift > 0.0 ? " + lift" : "", plan->flow.walks ? " + eddies" : "");
 }
 
 void ry_plan_lay_table(ry_plan *plan, const ry_config *config)

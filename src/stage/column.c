@@ -17,6 +17,9 @@ enum { TURNS = 20 };
 /* Of u_star: what moves more slowly does not mix (duran-moving). */
 #define STILL_PART 0.02
 
+/* Of tau_b: a smaller Reynolds stress is none. */
+#define LEAST_EDDIES 1e-6
+
 /* ---- the fluid's velocity -------------------------------------------------------------------- */
 
 /* Mixing length at the face above cell k, from l at the face below. Li & Sawamoto (1995, J. Coastal
@@ -312,6 +315,38 @@ RY_CLONES static void hinder(double hindrance, int32_t from, int32_t end, double
     }
 }
 
+/* Kinematic Reynolds stress at the face above cell k, under the stress tau there [Pa]: what viscosity does not carry.
+ * Where that is next to nothing, or the flow is reversed, there are no eddies. */
+static double reynolds_at(const ry_flow *f, const ry_column *c, double tau, int32_t k)
+{
+    const double shear = (c->u[k + 1] - c->u[k]) / c->dz;
+    const double stress = tau / (f->density * open_part(c, k)) - f->viscosity * shear;
+    return stress > LEAST_EDDIES * f->tau_now / f->density ? stress : 0.0;
+}
+
+/* In the cells below `valid`. From the state of the column alone, so that it is the same after a resume: from the top,
+ * where the stress is tau_now, downwards. The log profile is turbulent wherever it flows. */
+static void find_reynolds(const ry_flow *f, const ry_column *c, double *out)
+{
+    double tau = f->tau_now, above = 0.0;
+    for (int32_t k = f->valid - 1; k >= 0; k--) {
+        tau -= c->gradient[k] * c->dz;
+        const double below = k > 0 ? reynolds_at(f, c, tau, k - 1) : 0.0;
+        out[k] = f->model == RY_FLOW_LOG ? (c->u[k] > 0.0 ? f->tau_now / f->density : 0.0)
+                                         : (k + 1 < f->valid ? 0.5 * (below + above) : below);
+        above = below;
+    }
+}
+
+static void find_swirl(const ry_flow *f, const ry_column *c, int32_t from, int32_t end)
+{
+    find_reynolds(f, c, f->reynolds);
+    mean_over_grain(f, f->reynolds, from, end, f->work, f->swirl);
+    for (int32_t k = from; k < end; k++) {
+        f->swirl[k] = sqrt(f->swirl[k]);
+    }
+}
+
 /* The tables at the faces from .. end-1. */
 void ry_column_refresh(ry_flow *f, const ry_column *c, int32_t from, int32_t end)
 {
@@ -323,17 +358,20 @@ void ry_column_refresh(ry_flow *f, const ry_column *c, int32_t from, int32_t end
         mean_over_grain(f, c->phi, from, end, f->work, f->hinder);
         hinder(f->hindrance, from, end, f->hinder);
     }
+    if (f->walks) {
+        find_swirl(f, c, from, end);
+    }
     for (int32_t k = from; k < end; k++) {
-        const double face[RY_FACE] = {f->u[k], f->gradient[k], f->hinder[k], 0.0};
+        const double face[RY_FACE] = {f->u[k], f->gradient[k], f->hinder[k], f->walks ? f->swirl[k] : 0.0};
         memcpy(f->face[k], face, sizeof face);
     }
     f->faces = end;
 }
 
-/* Faces whose tables need nothing above cell `valid`. */
+/* Faces whose tables need nothing above cell `valid`; the Reynolds stress in a cell needs the next. */
 int32_t ry_column_faces(const ry_flow *f)
 {
-    return f->valid < f->nz ? f->valid - f->half : f->nz + 1;
+    return f->valid < f->nz ? f->valid - f->half - (f->walks ? 1 : 0) : f->nz + 1;
 }
 
 /* ---- for the others ------------------------------------------------------------------------- */
@@ -344,6 +382,7 @@ void ry_column_log(ry_flow *f, ry_column *c, double tau)
         ry_flow_find_level(f, c);
     }
     impose_log(f, c, tau);
+    f->tau_now = tau;
 }
 
 /* The clear flow, so that there are tables for grains up to that height [cells]. */

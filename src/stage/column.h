@@ -23,6 +23,21 @@ RY_INLINE double *ry_column_sums(const ry_flow *f, int32_t block, int row)
     return f->sums + ((size_t)block * RY_SUM_COUNT + (size_t)row) * ry_column_row_length(f);
 }
 
+/* Between which two faces a height lies, and how far from the lower one. */
+typedef struct ry_spot {
+    int32_t cell;
+    double part;
+} ry_spot;
+
+RY_INLINE ry_spot ry_column_spot(const ry_flow *f, double z)
+{
+    const double height = z * (1.0 / f->dz);
+    const double inside = height > 0.0 ? (height < f->nz ? height : f->nz) : 0.0;
+    const int32_t whole = (int32_t)inside;
+    const int32_t cell = whole < f->nz ? whole : f->nz - 1;
+    return (ry_spot){cell, inside - cell};
+}
+
 RY_INLINE double ry_column_volume(double r)
 {
     const double d = 2.0 * r;

@@ -17,6 +17,7 @@
 #include "base/memory.h"
 #include "law/drag.h"
 #include "stage/column.h"
+#include "stage/eddies.h"
 #include "stage/four.h"
 #include "stage/resting.h"
 #include "stage/slices.h"
@@ -33,21 +34,6 @@ RY_INLINE double area_of(double density, double r)
 {
     const double d = 2.0 * r;
     return 0.125 * M_PI * density * d * d;
-}
-
-/* Between which two faces a grain is, and how far from the lower one. */
-typedef struct ry_spot {
-    int32_t cell;
-    double part;
-} ry_spot;
-
-RY_INLINE ry_spot find_spot(const ry_flow *f, double z)
-{
-    const double height = z * (1.0 / f->dz);
-    const double inside = height > 0.0 ? (height < f->nz ? height : f->nz) : 0.0;
-    const int32_t whole = (int32_t)inside;
-    const int32_t cell = whole < f->nz ? whole : f->nz - 1;
-    return (ry_spot){cell, inside - cell};
 }
 
 RY_INLINE ry_four see(const double (*face)[RY_FACE], int32_t cell, double part)
@@ -81,17 +67,17 @@ RY_INLINE double drag_slope(double rx, double rz, double rate, double share, dou
 
 /* What a block of grains sees. */
 typedef struct ry_seen {
-    _Alignas(RY_ALIGNMENT) double u[RY_BLOCK], gradient[RY_BLOCK], hinder[RY_BLOCK];
+    _Alignas(RY_ALIGNMENT) double u[RY_BLOCK], gradient[RY_BLOCK], hinder[RY_BLOCK], swirl[RY_BLOCK];
 } ry_seen;
 
-RY_INLINE void see_block(const ry_flow *f, const double *z, int32_t n, ry_seen *out)
+RY_INLINE void see_block(const ry_flow *f, const double *z, int32_t n, const int walks, ry_seen *out)
 {
     const ry_flow flow = *f; /* a copy that nothing written to below can alias */
     int32_t cell[RY_BLOCK];
     _Alignas(RY_ALIGNMENT) double part[RY_BLOCK];
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
-        const ry_spot spot = find_spot(&flow, z[k]);
+        const ry_spot spot = ry_column_spot(&flow, z[k]);
         cell[k] = spot.cell;
         part[k] = spot.part;
     }
@@ -109,41 +95,49 @@ RY_INLINE void see_block(const ry_flow *f, const double *z, int32_t n, ry_seen *
         ry_four_store(out->u + k, rows[RY_FACE_U]);
         ry_four_store(out->gradient + k, rows[RY_FACE_GRADIENT]);
         ry_four_store(out->hinder + k, rows[RY_FACE_HINDER]);
+        if (walks) {
+            ry_four_store(out->swirl + k, rows[RY_FACE_SWIRL]);
+        }
     }
 }
 
 /* Whose force is wanted, and ry_grains.push: of those awake, without it, where it is summed up, or where it pushes
- * exposed grains; or of sleepers, the latter likewise. */
-enum { AWAKE, SUMMED, PUSHED, RESTING, RESTING_PUSHED, WAYS };
+ * exposed grains; or of sleepers, the latter likewise. WALKS: in eddies. */
+enum { AWAKE, SUMMED, PUSHED, RESTING, RESTING_PUSHED, AWAKE_WALKS, SUMMED_WALKS, RESTING_WALKS, WAYS };
 
 /* Grains begin .. begin+n-1; at: their place in gx, gz. */
 RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin, int32_t n,
                             int32_t at, ry_flow_drag law, int way)
 {
-    const int pushed = way == PUSHED || way == RESTING_PUSHED, rests = way == RESTING || way == RESTING_PUSHED;
+    const int pushed = way == PUSHED || way == RESTING_PUSHED, walks = way >= AWAKE_WALKS;
+    const int rests = way == RESTING || way == RESTING_PUSHED || way == RESTING_WALKS;
+    const int summed = way == SUMMED || way == SUMMED_WALKS;
     ry_seen seen;
     const double dt = f->dt, c = f->drag_coefficient, density = f->density;
     const double *const vx = g->vx + begin, *const vz = g->vz + begin, *const radius = g->radius + begin;
     const double *const viscous = f->viscous + begin;
     const double *const im = m->im + begin, *const weight = m->weight + begin;
-    double *restrict const push = pushed || way == SUMMED ? g->push + begin : NULL;
+    const double *const eddy_x = walks ? f->eddies->along + begin : NULL;
+    const double *const eddy_z = walks ? f->eddies->up + begin : NULL;
+    double *restrict const push = pushed || summed ? g->push + begin : NULL;
     double *restrict const gx = m->gx + at, *restrict const gz = m->gz + at;
     double *restrict const force = rests ? f->resting.force + begin : NULL;
     double *restrict const slope = rests ? f->resting.slope + begin : NULL;
-    see_block(f, g->z + begin, n, &seen);
+    see_block(f, g->z + begin, n, walks, &seen);
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
-        const double rx = seen.u[k] - vx[k];
-        const double rate = drag_rate(rx, vz[k], area_of(density, radius[k]), viscous[k], seen.hinder[k], c, law);
+        const double rx = seen.u[k] - vx[k] + (walks ? seen.swirl[k] * eddy_x[k] : 0.0);
+        const double falls = vz[k] - (walks ? seen.swirl[k] * eddy_z[k] : 0.0);
+        const double rate = drag_rate(rx, falls, area_of(density, radius[k]), viscous[k], seen.hinder[k], c, law);
         const double b = rate * dt * im[k];
         const double share = 1.0 / (1.0 + b);
         const double along = ry_column_volume(radius[k]) * seen.gradient[k] + (pushed ? push[k] : 0.0);
         gx[k] = (b * rx + along * dt * im[k]) * share;
-        gz[k] = (weight[k] - b * vz[k]) * share;
+        gz[k] = (weight[k] - b * falls) * share;
         if (rests) {
             force[k] = (rate * rx + along) * share;
-            slope[k] = drag_slope(rx, vz[k], rate, share, viscous[k], c, law);
-        } else if (way == SUMMED) {
+            slope[k] = drag_slope(rx, falls, rate, share, viscous[k], c, law);
+        } else if (summed) {
             push[k] += (rate * rx + along) * share;
         }
     }
@@ -155,29 +149,24 @@ RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, const ry_motio
     {                                                                                                       \
         sample_block(f, g, m, begin, n, at, law, way);                                                      \
     }
-SAMPLE(sample_dallavalle_awake, RY_FLOW_DALLAVALLE, AWAKE)
-SAMPLE(sample_schiller_awake, RY_FLOW_SCHILLER, AWAKE)
-SAMPLE(sample_ferguson_awake, RY_FLOW_FERGUSON, AWAKE)
-SAMPLE(sample_dallavalle_summed, RY_FLOW_DALLAVALLE, SUMMED)
-SAMPLE(sample_schiller_summed, RY_FLOW_SCHILLER, SUMMED)
-SAMPLE(sample_ferguson_summed, RY_FLOW_FERGUSON, SUMMED)
-SAMPLE(sample_dallavalle_pushed, RY_FLOW_DALLAVALLE, PUSHED)
-SAMPLE(sample_schiller_pushed, RY_FLOW_SCHILLER, PUSHED)
-SAMPLE(sample_ferguson_pushed, RY_FLOW_FERGUSON, PUSHED)
-SAMPLE(rest_dallavalle, RY_FLOW_DALLAVALLE, RESTING)
-SAMPLE(rest_schiller, RY_FLOW_SCHILLER, RESTING)
-SAMPLE(rest_ferguson, RY_FLOW_FERGUSON, RESTING)
-SAMPLE(rest_dallavalle_pushed, RY_FLOW_DALLAVALLE, RESTING_PUSHED)
-SAMPLE(rest_schiller_pushed, RY_FLOW_SCHILLER, RESTING_PUSHED)
-SAMPLE(rest_ferguson_pushed, RY_FLOW_FERGUSON, RESTING_PUSHED)
+#define SAMPLES(name, way)                               \
+    SAMPLE(name##_dallavalle, RY_FLOW_DALLAVALLE, way)   \
+    SAMPLE(name##_schiller, RY_FLOW_SCHILLER, way)       \
+    SAMPLE(name##_ferguson, RY_FLOW_FERGUSON, way)
+SAMPLES(awake, AWAKE)
+SAMPLES(summed, SUMMED)
+SAMPLES(pushed, PUSHED)
+SAMPLES(resting, RESTING)
+SAMPLES(resting_pushed, RESTING_PUSHED)
+SAMPLES(awake_walks, AWAKE_WALKS)
+SAMPLES(summed_walks, SUMMED_WALKS)
+SAMPLES(resting_walks, RESTING_WALKS)
 
 typedef void sample_fn(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin, int32_t n, int32_t at);
+#define ROW(name) {name##_dallavalle, name##_schiller, name##_ferguson}
 static sample_fn *const samplers[WAYS][3] = {
-    {sample_dallavalle_awake, sample_schiller_awake, sample_ferguson_awake},
-    {sample_dallavalle_summed, sample_schiller_summed, sample_ferguson_summed},
-    {sample_dallavalle_pushed, sample_schiller_pushed, sample_ferguson_pushed},
-    {rest_dallavalle, rest_schiller, rest_ferguson},
-    {rest_dallavalle_pushed, rest_schiller_pushed, rest_ferguson_pushed},
+    ROW(awake),       ROW(summed),       ROW(pushed),       ROW(resting), ROW(resting_pushed),
+    ROW(awake_walks), ROW(summed_walks), ROW(resting_walks),
 };
 
 /* Lift by the difference of u^2 between the top and the bottom of a grain (Wiberg & Smith 1985,
@@ -187,13 +176,15 @@ static void add_lift(const ry_flow *f, const ry_grains *g, const ry_motion *m, i
 {
     const double (*const face)[RY_FACE] = (const double (*)[RY_FACE])f->face;
     for (int32_t k = begin; k < begin + n; k++) {
-        const double r = g->radius[k], vx = g->vx[k], area = area_of(f->density, r);
-        const ry_spot above = find_spot(f, g->z[k] + r), below = find_spot(f, g->z[k] - r);
+        const double r = g->radius[k], area = area_of(f->density, r);
+        const ry_spot above = ry_column_spot(f, g->z[k] + r), below = ry_column_spot(f, g->z[k] - r);
+        const ry_spot middle = ry_column_spot(f, g->z[k]);
+        const ry_four seen = see(face, middle.cell, middle.part);
+        const double vx = g->vx[k] - (f->walks ? seen[RY_FACE_SWIRL] * f->eddies->along[k] : 0.0);
+        const double vz = g->vz[k] - (f->walks ? seen[RY_FACE_SWIRL] * f->eddies->up[k] : 0.0);
         const double top = see(face, above.cell, above.part)[RY_FACE_U] - vx;
         const double foot = see(face, below.cell, below.part)[RY_FACE_U] - vx;
-        const ry_spot middle = find_spot(f, g->z[k]);
-        const ry_four seen = see(face, middle.cell, middle.part);
-        const double rate = drag_rate(seen[RY_FACE_U] - vx, g->vz[k], area, f->viscous[k], seen[RY_FACE_HINDER],
+        const double rate = drag_rate(seen[RY_FACE_U] - vx, vz, area, f->viscous[k], seen[RY_FACE_HINDER],
                                       f->drag_coefficient, f->drag);
         const double per_mass = f->dt * m->im[k];
         m->gz[at + k - begin] += f->lift * area * (top * top - foot * foot) * per_mass / (1.0 + rate * per_mass);
@@ -215,13 +206,15 @@ static void sample_range(const ry_flow *f, const ry_grains *g, const ry_motion *
 
 void ry_flow_sample(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin, int32_t end, int chunk)
 {
-    const int way = f->model == RY_FLOW_STRESS ? PUSHED : (f->model == RY_FLOW_BALANCE ? SUMMED : AWAKE);
+    const int flows = f->model == RY_FLOW_BALANCE ? (f->walks ? SUMMED_WALKS : SUMMED) : (f->walks ? AWAKE_WALKS : AWAKE);
+    const int way = f->model == RY_FLOW_STRESS ? PUSHED : flows;
     sample_range(f, g, m, begin, end, ry_motion_push_at(m, begin, chunk) - begin, way);
 }
 
 void ry_flow_sample_asleep(const ry_flow *f, const ry_grains *g, const ry_motion *m)
 {
-    sample_range(f, g, m, m->n_awake, g->n, 0, f->model == RY_FLOW_STRESS ? RESTING_PUSHED : RESTING);
+    const int flows = f->walks ? RESTING_WALKS : RESTING;
+    sample_range(f, g, m, m->n_awake, g->n, 0, f->model == RY_FLOW_STRESS ? RESTING_PUSHED : flows);
 }
 
 typedef struct ry_flow_task {
@@ -269,15 +262,17 @@ RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const r
         const int32_t k = sets->awake[rank];
         double got = 0.0, force = 0.0, slope = 0.0;
         if (f->model == RY_FLOW_BALANCE) {
-            const ry_spot spot = find_spot(f, g->z[k]);
+            const ry_spot spot = ry_column_spot(f, g->z[k]);
             const ry_four seen = see((const double (*)[RY_FACE])f->face, spot.cell, spot.part);
-            const double rx = seen[RY_FACE_U] - g->vx[k], c_d = f->drag_coefficient;
-            const double rate = drag_rate(rx, g->vz[k], area_of(f->density, g->radius[k]), f->viscous[k],
+            const double c_d = f->drag_coefficient;
+            const double rx = seen[RY_FACE_U] - g->vx[k] + (f->walks ? seen[RY_FACE_SWIRL] * f->eddies->along[k] : 0.0);
+            const double falls = g->vz[k] - (f->walks ? seen[RY_FACE_SWIRL] * f->eddies->up[k] : 0.0);
+            const double rate = drag_rate(rx, falls, area_of(f->density, g->radius[k]), f->viscous[k],
                                           seen[RY_FACE_HINDER], c_d, f->drag);
             const double share = 1.0 / (1.0 + rate * f->dt * m->im[k]);
             got = g->push[k] / f->advance;
             force = (rate * rx + ry_column_volume(g->radius[k]) * seen[RY_FACE_GRADIENT]) * share;
-            slope = drag_slope(rx, g->vz[k], rate, share, f->viscous[k], c_d, f->drag);
+            slope = drag_slope(rx, falls, rate, share, f->viscous[k], c_d, f->drag);
         }
         const double z = g->z[k], r = g->radius[k];
         spread(volumes, gots, forces, slopes, ry_slice_span(z, r, 1.0 / c->dz, c->nz), c->dz, z, r,
@@ -457,6 +452,9 @@ void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const ry_sets *s
 {
     ry_column *const c = &state->column;
     const double tau = ry_flow_stress(f, state->step);
+    if (f->walks) {
+        ry_eddies_renew(f, &state->grains, state->step);
+    }
     ry_resting_update(f, &state->grains, sets);
     sum_grains(f, state, m, sets);
     if (f->model == RY_FLOW_BALANCE) {
@@ -494,13 +492,16 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
     f->hinder = ry_array(nz + 1, sizeof(double));
     f->sums = ry_array(((size_t)f->at_once + 1) * RY_SUM_COUNT * ry_column_row_length(f), sizeof(double));
     f->half = (int32_t)ceil(0.5 * f->d / f->dz - 1e-9);
+    f->swirl = f->walks ? ry_array(nz + 1, sizeof(double)) : NULL;
+    f->reynolds = f->walks ? ry_array(nz, sizeof(double)) : NULL;
     f->part = ry_array(2 * (size_t)f->half, sizeof(double));
     f->mix = ry_array(nz, sizeof(double));
     f->work = ry_array(5 * nz + 2 * (size_t)f->half + 1, sizeof(double));
     f->bin_top = ry_array((size_t)f->n_bins, sizeof(double));
     f->bin_grain = ry_array((size_t)f->n_bins, sizeof(int32_t));
     if (!f->viscous || !f->face || !f->u || !f->gradient || !f->hinder || !f->sums ||
-        !f->work || !f->mix || !f->part || !f->bin_top || !f->bin_grain) {
+        !f->work || !f->mix || !f->part || !f->bin_top || !f->bin_grain ||
+        (f->walks && (!f->swirl || !f->reynolds))) {
         return ry_no_memory(error, (n + nz * 20) * sizeof(double));
     }
     for (size_t k = 0; k < n; k++) {
@@ -516,6 +517,7 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
         f->hinder[k] = 1.0;
     }
     f->valid = f->nz;
+    f->tau_now = state->step > 0 ? ry_flow_stress(f, (state->step - 1) / f->advance * f->advance) : 0.0;
     ry_column_refresh(f, &state->column, 0, ry_column_faces(f));
     return RY_OK;
 }
@@ -523,7 +525,8 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
 void ry_flow_free(ry_flow *f)
 {
     void *const arrays[] = {f->viscous, f->u,       f->gradient,  f->hinder, f->sums, f->mix,
-                            f->work,    f->bin_top, f->bin_grain, f->part,   f->face};
+                            f->work,    f->bin_top, f->bin_grain, f->part,   f->face,
+                            f->swirl,   f->reynolds};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }

@@ -24,8 +24,9 @@ typedef enum { RY_FLOW_LI_SAWAMOTO, RY_FLOW_DURAN, RY_FLOW_DURAN_MOVING } ry_flo
 #define RY_FLOW_KAPPA 0.41
 #define RY_FLOW_PHI_MAX 0.61
 
-/* At a face: mean velocity, stress gradient and factor of the drag for a grain centred there [m/s, Pa/m, 1]. */
-enum { RY_FACE_U, RY_FACE_GRADIENT, RY_FACE_HINDER, RY_FACE_SPARE, RY_FACE };
+/* At a face: mean velocity, stress gradient and factor of the drag for a grain centred there [m/s, Pa/m, 1]; with
+ * turbulence the local friction velocity, the root of the Reynolds stress over the density [m/s]. */
+enum { RY_FACE_U, RY_FACE_GRADIENT, RY_FACE_HINDER, RY_FACE_SWIRL, RY_FACE };
 
 /* A run of cells that a sleeper reaches, and its parts in them. */
 typedef struct ry_imprint {
@@ -57,12 +58,17 @@ typedef struct ry_flow {
     double d, length, dt;        /* mean diameter = slab width; domain; step [m, m, s] */
     int32_t nz;                  /* cells of the column, and their height [m] */
     double dz;
+    int walks;                   /* 1: grains go from eddy to eddy (stage/eddies.h) */
+    double eddy_time;            /* how long one lasts; NAN: as the local shear says [s] */
+    uint32_t seed;
+    ry_eddies *eddies;           /* of the state */
     double *viscous;             /* nu/d of each grain [m/s]; drag dallavalle: the root of 24 of it [m^1/2/s^1/2] */
 
     /* What the grains see, at the nz + 1 faces of the cells: made from the column at each advance. Side by side,
      * because a grain looks at all of it at two faces; the rows are where it is made. */
     double (*face)[RY_FACE];
-    double *u, *gradient, *hinder;
+    double *u, *gradient, *hinder, *swirl;
+    double *reynolds; /* nz: Reynolds stress over the density in the cells; turbulence only [m^2/s^2] */
     /* What an advance sums over the grains: rows of nz, one set per block of grains that are summed at once, then the
      * total. */
     double *sums;

@@ -137,6 +137,19 @@ typedef struct ry_sleepers {
 #undef RY_SLEEP_POINTER
 } ry_sleepers;
 
+/* The eddy that each grain is in (stage/eddies.h), with fluid.turbulence only; else the arrays are NULL. In storage
+ * order. RY_EDDY_FIELD(type, name, unit, text) */
+#define RY_EDDY_FIELDS(RY_EDDY_FIELD)                                                                          \
+    RY_EDDY_FIELD(double, along, "1", "fluctuation of the fluid's velocity along x, in local friction velocities") \
+    RY_EDDY_FIELD(double, up, "1", "and along z")                                                              \
+    RY_EDDY_FIELD(double, born, "1", "step at which the grain met it; -1: it has met none")
+
+typedef struct ry_eddies {
+#define RY_EDDY_POINTER(type, name, unit, text) type *name;
+    RY_EDDY_FIELDS(RY_EDDY_POINTER)
+#undef RY_EDDY_POINTER
+} ry_eddies;
+
 typedef struct ry_state {
     int64_t step; /* steps done */
     double time;  /* step * dt [s] */
@@ -145,6 +158,7 @@ typedef struct ry_state {
     ry_column column;
     ry_ledger ledger;
     ry_sleepers sleepers;
+    ry_eddies eddies;
 } ry_state;
 
 /* Allocates the arrays of `n` grains and `nz` cells; all zero, ids 0..n-1. `ledger`: keep one. */
@@ -156,6 +170,9 @@ ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error);
 
 /* Adds the arrays of those that sleep: at first fixed grains only. */
 ry_status ry_state_add_sleepers(ry_state *state, ry_error *error);
+
+/* Adds the arrays of the eddies: nobody has met one. */
+ry_status ry_state_add_eddies(ry_state *state, ry_error *error);
 
 /* Makes room for `n` contacts, with or without rest, as no_rest says. */
 ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error);
