@@ -474,7 +474,7 @@ static void every_parameter_is_listed(void **state)
         assert_true((p.type == 'c') == (p.word != NULL));
         assert_true(p.type != 'c' || strcmp(p.word, p.words[(int)p.number]) == 0);
     }
-    assert_true(n > 40 && choices == 9);
+    assert_true(n > 40 && choices == 10);
     assert_false(ry_config_parameter(&config, -1, &p));
     ry_config_free(&config);
 }

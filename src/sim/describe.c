@@ -15,6 +15,7 @@
 #include "law/drag.h"
 #include "scene/scene.h"
 #include "sim/sim.h"
+#include "stage/eddies.h"
 
 typedef struct ry_writer {
     ry_write_fn *write;
@@ -172,6 +173,12 @@ static void say_fluid(const ry_writer *w, const ry_config *config, const ry_deri
     say(w, "  drag over a step, b      %.4g at rest, %.4g where phi is 0.6 (a grain at rest loads others with\n"
            "                           1/(1 + b) of its weight; smaller with time.step)\n",
         b, b * pow(0.4, -config->fluid_hindrance));
+    if (config->fluid_turbulence == RY_TURBULENCE_WALK) {
+        const int given = !isnan(config->fluid_eddy_time);
+        say(w, "  eddies                   random walk; each lasts %.4g s%s\n",
+            given ? config->fluid_eddy_time : RY_EDDY_TURN * RY_FLOW_KAPPA * q->d / fmax(q->friction_velocity, 1e-300),
+            given ? "" : " a diameter above the bed");
+    }
     say(w, "  flux: q_b = q* x %.6g m^2/s (sphere volumes over a slab of width d)\n", q->flux_unit);
 }
 
