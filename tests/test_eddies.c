@@ -16,7 +16,8 @@ static void test_normal(void **state)
     (void)state;
     enum { N = 200000, BOUNDS = 7 };
     /* Part of a normal distribution below -3 ... 3. */
-    static const double below[BOUNDS] = {0.001349898, 0.022750132, 0.158655254, 0.5, 0.841344746, 0.977249868, 0.998650102};
+    static const double below[BOUNDS] = {0.001349898, 0.022750132, 0.158655254, 0.5,
+                                          0.841344746, 0.977249868, 0.998650102};
     double sum[2] = {0.0, 0.0}, square[2] = {0.0, 0.0}, both = 0.0, count[BOUNDS] = {0.0};
     for (int n = 0; n < N; n++) {
         double drawn[2], again[2];

@@ -206,8 +206,8 @@ static void sample_range(const ry_flow *f, const ry_grains *g, const ry_motion *
 
 void ry_flow_sample(const ry_flow *f, const ry_grains *g, const ry_motion *m, int32_t begin, int32_t end, int chunk)
 {
-    const int flows = f->model == RY_FLOW_BALANCE ? (f->walks ? SUMMED_WALKS : SUMMED) : (f->walks ? AWAKE_WALKS : AWAKE);
-    const int way = f->model == RY_FLOW_STRESS ? PUSHED : flows;
+    const int summed = f->walks ? SUMMED_WALKS : SUMMED, awake = f->walks ? AWAKE_WALKS : AWAKE;
+    const int way = f->model == RY_FLOW_STRESS ? PUSHED : (f->model == RY_FLOW_BALANCE ? summed : awake);
     sample_range(f, g, m, begin, end, ry_motion_push_at(m, begin, chunk) - begin, way);
 }
 
