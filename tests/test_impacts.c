@@ -191,6 +191,43 @@ static void test_oblique(void **state)
     assert_int_equal(failed, 0);
 }
 
+/* ---- rebound ---------------------------------------------------------------------------------------- */
+
+/* Velocity and spin behind an oblique impact on a floor, of law energy, against rough rigid spheres: J_n = (1 + e) m
+ * v_n, and J_t what friction allows, mu J_n, or what stops the contact point, 2/7 m w. Few steps or many, at any angle. */
+static double rebound_is_off(const shot *s)
+{
+    scene *const run = aim(s);
+    const grain before = grain_of(run, 0);
+    const double slides = -before.vx + before.spin * before.radius;
+    const double normal = -(1.0 + s->e) * before.vz;
+    const double along = -copysign(fmin(s->friction * normal, fabs(slides) / 3.5), slides);
+    step_scene(run, 4);
+    for (int k = 0; k < 60 && touches(run, s->partner); k++) {
+        step_scene(run, 2 + (long long)(2.0 / sqrt(s->a)));
+    }
+    const grain after = grain_of(run, 0);
+    const double off = fmax(hypot(after.vx - (before.vx - along), after.vz - (before.vz + normal)),
+                            fabs(after.spin * after.radius - (before.spin * before.radius + 2.5 * along)));
+    close_scene(run);
+    return off / hypot(before.vx, before.vz);
+}
+
+static void test_rebound(void **state)
+{
+    (void)state;
+    set_seed("rebound", 15);
+    double most = 0.0;
+    for (int k = 0; k < 3000; k++) {
+        shot s = random_shot(RY_LAW_ENERGY, WITH_FLOOR);
+        s.a = evenly_log(1e-3, 9.0);
+        s.speed = evenly_log(1e-3, 0.1);
+        most = fmax(most, rebound_is_off(&s));
+    }
+    printf("rebound from a floor: velocity and spin off by at most %.1e of the speed\n", most);
+    assert_true(most < 1e-11);
+}
+
 /* ---- restitution of unequal pairs ------------------------------------------------------------------ */
 
 /* Head on, in a common motion, mass ratios 1e-3 to 1e3. The overlap is the difference of positions of the
@@ -495,7 +532,7 @@ static void test_two_at_once(void **state)
 int main(void)
 {
     const struct CMUnitTest tests[] = {
-        cmocka_unit_test(test_oblique),     cmocka_unit_test(test_unequal_pairs),
+        cmocka_unit_test(test_oblique), cmocka_unit_test(test_rebound),     cmocka_unit_test(test_unequal_pairs),
         cmocka_unit_test(test_cloud),       cmocka_unit_test(test_clusters),
         cmocka_unit_test(test_ledger_of_impacts),
         cmocka_unit_test(test_books_of_oblique_impacts), cmocka_unit_test(test_two_at_once),

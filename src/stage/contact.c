@@ -326,7 +326,7 @@ RY_INLINE void crowds(const ry_contact *c, const ry_pairs *pairs, const int32_t 
 {
     for (int32_t k = 0; k < near->n_padded; k++) {
         const int32_t ends[2] = {near->i[k], near->j[k]};
-        double crowd = INFINITY, busy = 0.0, share = 0.0, side = 0.0;
+        double crowd = INFINITY, busy = 0.0, share = 0.0, side = 0.0, firm = 0.0;
         for (int e = 0; e < 2; e++) {
             const double im = c->im[ends[e]];
             if (im > 0.0) {
@@ -338,6 +338,7 @@ RY_INLINE void crowds(const ry_contact *c, const ry_pairs *pairs, const int32_t 
                 side += here.all > 1 ? (e == 0 ? 1.0 : -1.0) : 0.0;
             } else {
                 side += e == 0 ? 1.0 : -1.0;
+                firm = 1.0;
             }
         }
         near->crowd[k] = crowd;
@@ -345,6 +346,7 @@ RY_INLINE void crowds(const ry_contact *c, const ry_pairs *pairs, const int32_t 
         near->share[k] = share;
         near->bend[k] = near->j[k] < pairs->n_grains ? 1.0 / near->distance[k] : 0.0;
         near->side[k] = side;
+        near->firm[k] = firm;
         near->age[k] -= 1.0;
     }
 }

@@ -47,6 +47,7 @@ typedef struct ry_near {
      * the partner does; share: the sum of inverse mass x young contacts of both grains [1/kg] */
     double crowd[RY_CONTACT_BLOCK], busy[RY_CONTACT_BLOCK], bend[RY_CONTACT_BLOCK];
     double side[RY_CONTACT_BLOCK], share[RY_CONTACT_BLOCK];
+    double firm[RY_CONTACT_BLOCK]; /* of young contacts: 1 where one of the two can't move */
     /* in and out: */
     double age[RY_CONTACT_BLOCK];
     double *slip, *rest, *wet; /* those of ry_pairs themselves, or copies in `spare` */

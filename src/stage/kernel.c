@@ -149,7 +149,10 @@ RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, 
         const double nx = near->dx[k] * inverse, nz = near->dz[k] * inverse;
         const double per_ims = per_dt * (distance * tms * sum * per_all);
         const double per_tms = per_dt * (distance * ims * sum * per_all);
-        const double lever = distance * distance * (ims * tms * per_all);
+        double lever = distance * distance * (ims * tms * per_all);
+        if (which == YOUNG) {
+            lever = near->firm[k] > 0.0 ? 1.0 : lever;
+        }
         if (which == CLOSING) {
             book_left(near, k, (ry_place){ux, uz, nx, nz, lever}, slip_before, dt, features);
             continue;
