@@ -9,11 +9,12 @@
 #include "base/memory.h"
 #include "stage/four.h"
 
-/* See sleep.h. In units of sqrt(d/g'), d, d, d. */
+/* See sleep.h. In units of sqrt(d/g'), d, d, d, weights. */
 #define LOOK 2.5
 #define STILL 0.0035
 #define QUIET 1.0
 #define AROUND 0.5
+#define SWEPT 0.02
 /* Marks of grains while sets are formed. */
 enum { MARK_QUIET = 1, MARK_NEW = 2 };
 
@@ -112,7 +113,15 @@ RY_CLONES static int32_t feel(const ry_sleep *s, int32_t *restrict struck)
     return n;
 }
 
-/* The mean change of the contacts' force and that of the fluid's are more than a sleeper bears. */
+/* The fluid's force along x is more than this part of a grain's weight. Whom the flow reaches does not sleep: near the
+ * threshold it moves such grains little by little, by a force that never changes by as much as others load them with. */
+static int is_swept(const ry_motion *m, int32_t k, double part)
+{
+    return fabs(m->gx[k]) > part * fabs(m->weight[k]);
+}
+
+/* The flow has come to a sleeper; or the mean change of the contacts' force and that of the fluid's are more than it
+ * bears. */
 static int is_moved(const ry_sleep *s, int32_t k)
 {
     const ry_sleepers *const q = &s->state->sleepers;
@@ -120,7 +129,8 @@ static int is_moved(const ry_sleep *s, int32_t k)
     const double im = m->im[k], most = q->bears[k] * im; /* as velocities, to save the division */
     const double x = q->more_x[k] * im + m->gx[k] - q->rest_gx[k];
     const double z = q->more_z[k] * im + m->gz[k] - q->rest_gz[k];
-    return !s->state->grains.fixed[k] && length2(x, z, q->more_turn[k] * im) > most * most;
+    return !s->state->grains.fixed[k] &&
+           (is_swept(m, k, 2.0 * SWEPT) || length2(x, z, q->more_turn[k] * im) > most * most);
 }
 
 /* Whether the fluid alone moves anybody: a first look, for all at once. Fixed grains bear nothing, and get nothing. */
@@ -132,7 +142,7 @@ RY_CLONES static int any_swept(const ry_sleep *s)
 #pragma omp simd reduction(| : any)
     for (int32_t k = m.n_awake; k < s->state->grains.n; k++) {
         const double most = q.bears[k] * m.im[k], x = m.gx[k] - q.rest_gx[k], z = m.gz[k] - q.rest_gz[k];
-        any |= x * x + z * z > most * most;
+        any |= (x * x + z * z > most * most) | is_swept(&m, k, 2.0 * SWEPT);
     }
     return any;
 }
@@ -274,7 +284,8 @@ static int rests(const ry_sleep *s, int32_t k)
     const ry_sleepers *const q = &s->state->sleepers;
     const double dx = ry_nearest(g->x[k] - q->from_x[k], s->contact->length, s->contact->half);
     const double dz = g->z[k] - q->from_z[k], v2 = g->vx[k] * g->vx[k] + g->vz[k] * g->vz[k];
-    return dx * dx + dz * dz < s->still * s->still && v2 < s->slow2 && ry_contact_count(s->contact, s->pairs, k) > 1;
+    return dx * dx + dz * dz < s->still * s->still && v2 < s->slow2 && !is_swept(s->motion, k, SWEPT) &&
+           ry_contact_count(s->contact, s->pairs, k) > 1;
 }
 
 static double slot_length(const double *slot)
