@@ -272,7 +272,10 @@ static ry_status check_turbulence(const ry_check *check)
 {
     const ry_config *const config = check->config;
     const int walks = config->fluid_turbulence == RY_TURBULENCE_WALK;
-    if (walks && config->fluid_model != RY_FLUID_LOG && config->fluid_model != RY_FLUID_BALANCE) {
+    if (config->fluid_model == RY_FLUID_NONE) { /* no key of the fluid counts */
+        return RY_OK;
+    }
+    if (walks && config->fluid_model == RY_FLUID_STRESS) {
         return ry_check_fail(check, RY_KEY_fluid_turbulence,
                              "walk needs a flow with a profile; allowed is fluid.model: log or balance");
     }

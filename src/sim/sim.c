@@ -106,7 +106,8 @@ static ry_status set_up(ry_sim *sim, int threads, ry_error *error)
     if (sim->config.contact_sleep > 0.0 && sim->state.sleepers.asleep == NULL) {
         RY_TRY(ry_state_add_sleepers(&sim->state, error));
     }
-    if (sim->config.fluid_turbulence != RY_TURBULENCE_NONE && sim->state.eddies.born == NULL) {
+    const int walks = sim->config.fluid_turbulence == RY_TURBULENCE_WALK && sim->config.fluid_model != RY_FLUID_NONE;
+    if (walks && sim->state.eddies.born == NULL) {
         RY_TRY(ry_state_add_eddies(&sim->state, error));
     }
     RY_TRY(order_grains(&sim->state, &sim->config, ry_config_derive(&sim->config).d, error));

@@ -236,7 +236,8 @@ void ry_plan_lay_table(ry_plan *plan, const ry_config *config)
     if (plan->has_profile) {
         add_row(plan, RY_PASS_TALLY, "tally", "contact stress", "impulses", "impulse since the last sample");
     }
-    add_row(plan, RY_PASS_INTEGRATE, "integrate", "kick, drift", "impulses, gravity + fluid", "velocities, positions");
+    add_row(plan, RY_PASS_INTEGRATE, "integrate", "kick, drift",
+            plan->has_fluid ? "impulses, gravity + fluid" : "impulses, gravity", "velocities, positions");
     if (plan->has_sleep) {
         add_stage(plan, "sleep", "wakes by force, sleeps at rest", "impulses, gravity + fluid", "who is skipped",
                   run_sleep);

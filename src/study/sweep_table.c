@@ -12,6 +12,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "config/keys.h"
+#include "config/quantity.h"
 #include "io/table_file.h"
 #include "study/sweep_private.h"
 
@@ -86,6 +87,25 @@ static void release(columns *t, int n_axes)
 }
 
 /* What was varied, and theta, as the case's scene resolves them; NAN if that scene is refused. */
+/* What the sweep says of a case that its scene refuses. */
+static void fill_asked(const ry_sweep_run *run, columns *t, int k)
+{
+    for (int i = 0; i < run->file.n_axes; i++) {
+        const char *const text = ry_sweep_file_value(&run->file, k / run->file.replicas, i);
+        const ry_key_row *const row = ry_keys_row(run->file.axis[i].key);
+        char problem[400];
+        double value = NAN;
+        if (row->words == NULL && !ry_quantity_read(text, row->unit, &value, problem, sizeof problem)) {
+            value = NAN;
+        }
+        t->input[i][k] = value;
+        t->word[i][k] = row->words != NULL ? text : "";
+        if (run->file.axis[i].key == RY_KEY_fluid_shields) {
+            t->shields[k] = value;
+        }
+    }
+}
+
 static void fill_inputs(const ry_sweep_run *run, columns *t, int k)
 {
     ry_config config;
@@ -104,6 +124,8 @@ static void fill_inputs(const ry_sweep_run *run, columns *t, int k)
     }
     if (known) {
         ry_config_free(&config);
+    } else {
+        fill_asked(run, t, k);
     }
 }
 

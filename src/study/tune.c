@@ -56,6 +56,7 @@ static void make_settling(const ry_tune_run *run, ry_tune_piece *piece, constant
     ry_tune_changes c = change_constants(a, seed);
     ry_tune_change(&c, "time.end", run->settle_window);
     ry_tune_change_word(&c, "fluid.model", "none");
+    ry_tune_change_word(&c, "contact.wet", "false");
     ry_tune_make_piece(run, piece, RY_TUNE_SETTLE, &c);
 }
 
@@ -246,7 +247,7 @@ static ry_status choose_thetas(ry_tune_run *run, ry_error *error)
     return fit->n_theta > 0
                ? RY_OK
                : ry_fail(error, RY_BAD_INPUT,
-                         "%s: no flux above 0 between Shields numbers %g and %g: nothing "
+                         "%s: no flux above 0 at a Shields number of at most 100 between %g and %g: nothing "
                          "to tune for",
                          target->name, low, high);
 }

@@ -199,12 +199,15 @@ static void flux_table(const ry_tune_run *run)
 }
 
 /* Beds of the best constants that are at rest, or nearly. */
+/* A target that no bed reaches makes none of them a bed at rest. */
+#define MOST_AT_REST 0.1
+
 static int beds_at_rest(const ry_tune_fit *fit, int i)
 {
     int rest = 0;
     for (int s = 0; s < fit->seeds; s++) {
         const ry_tune_piece *const piece = &fit->best.piece[i * fit->seeds + s];
-        rest += piece->n > 0 && piece->value[RY_TUNE_Q] < 0.1 * fit->target[i];
+        rest += piece->n > 0 && piece->value[RY_TUNE_Q] < 0.1 * fmin(fit->target[i], MOST_AT_REST);
     }
     return rest;
 }
