@@ -19,6 +19,8 @@ static const sample_scene scenes[] = {
                    "contact.sleep=0.5 contact.wet=true domain.periodic=false domain.walls=true", 9000},
     {"flume.yaml", "grains.columns=10 grains.layers=14 time.settle=0.06 fluid.model=log fluid.lift=0.2 "
                    "fluid.shields=0.2 contact.sleep=0.5 contact.law=tanaka output.fields=[energy,profile]", 10000},
+    {"flume.yaml", "grains.columns=10 grains.layers=14 time.settle=0.06 fluid.shields=0.3 fluid.turbulence=walk "
+                   "contact.sleep=0.5", 9000},
 };
 enum { SCENES = sizeof scenes / sizeof *scenes };
 
