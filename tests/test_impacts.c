@@ -194,7 +194,7 @@ static void test_oblique(void **state)
 /* ---- rebound ---------------------------------------------------------------------------------------- */
 
 /* Velocity and spin behind an oblique impact on a floor, of law energy, against rough rigid spheres: J_n = (1 + e) m
- * v_n, and J_t what friction allows, mu J_n, or what stops the contact point, 2/7 m w. Few steps or many, at any angle. */
+ * v_n, and J_t what friction allows, mu J_n, or what stops the contact point, 2/7 m w. Few steps or many, any angle. */
 static double rebound_is_off(const shot *s)
 {
     scene *const run = aim(s);
