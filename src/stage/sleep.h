@@ -21,8 +21,8 @@
  * Waking: by a change of the force of its contacts, in the mean over a natural period of a grain on its springs
  * (what is shorter shakes a grain elastically; so it is looked at twice in a period), or of the fluid's force, larger
  * than contact.sleep x the mean load of the grains around it; by one so violent that a single step brings the mean
- * there, at once; and where the fluid's force is more than twice SWEPT of the weight. Sleepers nearer than AROUND d wake
- * with it. In the step in which it wakes a grain moves by the change of the force alone: the rest balances. So it does
+ * there, at once; and where the fluid's force is more than twice SWEPT of the weight. Sleepers nearer than AROUND d
+ * wake with it. In the step in which it wakes a grain moves by the change of the force alone: the rest balances. So it does
  * for who measures: the contacts of a sleeper give it just what the fluid takes. */
 #ifndef RY_STAGE_SLEEP_H
 #define RY_STAGE_SLEEP_H
