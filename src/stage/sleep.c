@@ -114,7 +114,7 @@ RY_CLONES static int32_t feel(const ry_sleep *s, int32_t *restrict struck)
 }
 
 /* The fluid's force along x is more than this part of a grain's weight. Whom the flow reaches does not sleep: near the
- * threshold it moves such grains little by little, by a force that never changes by as much as others load them with. */
+ * threshold it moves such grains little by little, by a force that changes by less than others load them with. */
 static int is_swept(const ry_motion *m, int32_t k, double part)
 {
     return fabs(m->gx[k]) > part * fabs(m->weight[k]);

@@ -14,16 +14,16 @@
  *
  * Falling asleep, at a look every LOOK sqrt(d/g'), g' the gravity less buoyancy: a grain that has gone less than
  * STILL d since the last one, has two contacts or more, is too slow to rise by STILL d, and all of whose
- * neighbours nearer than QUIET d are as quiet; and whom the flow reaches never does: the fluid's force along x is at most
- * SWEPT of its weight. What falls asleep was slower than STILL/LOOK sqrt(g' d) = 1.4e-3
- * sqrt(g' d): a layer of such grains carries a flux q* of 8e-4 at the most.
+ * neighbours nearer than QUIET d are as quiet; and whom the flow reaches never does: the fluid's force along x is
+ * at most SWEPT of its weight. What falls asleep was slower than STILL/LOOK sqrt(g' d) = 1.4e-3 sqrt(g' d): a
+ * layer of such grains carries a flux q* of 8e-4 at the most.
  *
  * Waking: by a change of the force of its contacts, in the mean over a natural period of a grain on its springs
- * (what is shorter shakes a grain elastically; so it is looked at twice in a period), or of the fluid's force, larger
- * than contact.sleep x the mean load of the grains around it; by one so violent that a single step brings the mean
- * there, at once; and where the fluid's force is more than twice SWEPT of the weight. Sleepers nearer than AROUND d
- * wake with it. In the step in which it wakes a grain moves by the change of the force alone: the rest balances. So it does
- * for who measures: the contacts of a sleeper give it just what the fluid takes. */
+ * (what is shorter shakes a grain elastically; so it is looked at twice in a period), or of the fluid's force,
+ * larger than contact.sleep x the mean load of the grains around it; by one so violent that a single step brings
+ * the mean there, at once; and where the fluid's force is more than twice SWEPT of the weight. Sleepers nearer
+ * than AROUND d wake with it. In the step in which it wakes a grain moves by the change of the force alone: the
+ * rest balances. So it does for who measures: the contacts of a sleeper give it just what the fluid takes. */
 #ifndef RY_STAGE_SLEEP_H
 #define RY_STAGE_SLEEP_H
 
