@@ -114,6 +114,8 @@ class Tune(unittest.TestCase):
             self.assertIn("has changed", changed.stderr)
             self.tune("-o", "part.h5", "--resume", "--quiet")
             self.same("whole.h5", "part.h5")
+            self.assertIn("finished already", self.tune("-o", "part.h5", "--resume").stdout)
+            self.tune("-o", "part.h5", "--resume", "-s", "contact.friction=0.4", status=4)
             (self.folder / "part.h5").unlink()
             (self.folder / "part.yaml").unlink()
 

@@ -94,17 +94,22 @@ ry_status ry_table_file_create(ry_table_file **file, const char *path, const cha
     return RY_OK;
 }
 
-int ry_table_file_is(const char *path, const char *program)
+int ry_table_file_says(const char *path, const char *attribute, const char *text)
 {
     ry_h5 file;
-    char *maker = NULL;
+    char *found = NULL;
     if (ry_h5_open(&file, path, -1, RY_H5_READ, NULL) != RY_OK) {
         return 0;
     }
-    const int is = ry_h5_get_text(file.id, "/", "program", &maker) == 0 && strcmp(maker, program) == 0;
-    free(maker);
+    const int says = ry_h5_get_text(file.id, "/", attribute, &found) == 0 && strcmp(found, text) == 0;
+    free(found);
     ry_h5_close(&file, 1, "", NULL);
-    return is;
+    return says;
+}
+
+int ry_table_file_is(const char *path, const char *program)
+{
+    return ry_table_file_says(path, "program", program);
 }
 
 /* --- filling it --- */

@@ -21,8 +21,9 @@ ry_status ry_table_file_create(ry_table_file **file, const char *path, const cha
 /* Only checks that OUT.h5 could be made, and that it isn't there unless `force`: before long work. */
 ry_status ry_table_file_check(const char *path, int force, ry_error *error);
 
-/* 1: the file is there and `program` has made it. */
+/* 1: the file is there and `program` has made it. _says: and this attribute of its root is this text. */
 int ry_table_file_is(const char *path, const char *program);
+int ry_table_file_says(const char *path, const char *attribute, const char *text);
 
 /* Arrays; `path` is GROUP/.../NAME below the root, groups are made as they are named. unit as in a
  * scene file, "1" for a number; text: what it is. */

@@ -253,7 +253,7 @@ static ry_status choose_thetas(ry_tune_run *run, ry_error *error)
 }
 
 /* One word for everything that the pieces depend on; more --budget uses those that are there. */
-static ry_status open_journal(ry_tune_run *run, ry_error *error)
+static void make_mark(ry_tune_run *run)
 {
     const ry_tune_fit *const fit = &run->fit;
     uint64_t hash = ry_hash_mix(RY_HASH_START, run->base.text, strlen(run->base.text));
@@ -268,11 +268,8 @@ static ry_status open_journal(ry_tune_run *run, ry_error *error)
         hash = ry_hash_mix(hash, &axis->low, sizeof(double));
         hash = ry_hash_mix(hash, &axis->high, sizeof(double));
     }
-    char mark[100];
-    snprintf(mark, sizeof mark, "ryusa tune %s %s %016llx", ry_version(),
+    snprintf(run->mark, sizeof run->mark, "ryusa tune %s %s %016llx", ry_version(),
              run->wish->quick ? "quick" : "full", (unsigned long long)hash);
-    return ry_tune_journal_open(&run->journal, run->output, mark, run->wish->resume,
-                                run->wish->force, error);
 }
 
 /* Begins as a tuned scene does: an earlier one may be replaced by a resume, nobody's own scene. */
@@ -285,6 +282,12 @@ static int is_tuned_scene(const char *path)
         fclose(file);
     }
     return read && strcmp(first, RY_TUNE_SCENE_HEAD) == 0;
+}
+
+/* A job that is put back into its queue after its end has nothing left to do. */
+static int is_finished(const ry_tune_run *run)
+{
+    return run->wish->resume && !run->wish->force && ry_table_file_says(run->output, "mark", run->mark);
 }
 
 /* OUT.h5 -> OUT.yaml, which must neither be the scene nor be there already. */
@@ -305,6 +308,9 @@ static ry_status check_outputs(ry_tune_run *run, ry_error *error)
                        "-o %s: the tuned scene %s would replace the scene; give another name",
                        output, run->yaml_path);
     }
+    if (is_finished(run)) {
+        return RY_OK;
+    }
     RY_TRY(ry_table_file_check(output, run->wish->force, error));
     return exists && !run->wish->force && !(run->wish->resume && is_tuned_scene(run->yaml_path))
                ? ry_fail(error, RY_BAD_FILE, "%s: exists; --force overwrites it", run->yaml_path)
@@ -319,18 +325,25 @@ static ry_status prepare(ry_tune_run *run, ry_error *error)
     RY_TRY(ry_tune_joint_read(run, error));
     RY_TRY(ry_target_open(&run->target, w->target, error));
     RY_TRY(choose_thetas(run, error));
+    make_mark(run);
     RY_TRY(check_outputs(run, error));
     const ry_derived q = ry_config_derive(&run->base);
     const double fall = sqrt(2.0 * run->base.grains_layers * q.d / run->base.domain_gravity);
     run->settle_window = (w->quick ? 0.3 : 1.0) * FALLS * fall;
     const double steps = ceil(run->settle_window / run->base.time_step / RY_TUNE_CURVE_STEPS);
     run->settle_window = steps * RY_TUNE_CURVE_STEPS * run->base.time_step;
-    return open_journal(run, error);
+    return RY_OK;
 }
 
 static ry_status tune(ry_tune_run *run, ry_error *error)
 {
     RY_TRY(prepare(run, error));
+    if (is_finished(run)) {
+        ry_tune_say(run, "%s was finished already%s\n", run->wish->output,
+                    run->joint.n_axes > 0 ? "; for more candidates give another name" : "");
+        return RY_OK;
+    }
+    RY_TRY(ry_tune_journal_open(&run->journal, run->output, run->mark, run->wish->resume, run->wish->force, error));
     const int joint = run->joint.n_axes > 0;
     if (joint) {
         RY_TRY(ry_tune_joint_fit(run, error));

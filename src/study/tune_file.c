@@ -283,6 +283,7 @@ ry_status ry_tune_write_file(const ry_tune_run *run, ry_error *error)
     ry_table_file_set_text(w.file, "/", "title", run->base.title);
     ry_table_file_set_text(w.file, "/", "target", run->target.name);
     ry_table_file_set_text(w.file, "/", "scene_text", run->base.text);
+    ry_table_file_set_text(w.file, "/", "mark", run->mark);
     ry_table_file_set_number(w.file, "/", "quick", run->wish->quick);
     if (run->joint.n_axes > 0) {
         write_joint_flux(&w);

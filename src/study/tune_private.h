@@ -192,6 +192,7 @@ typedef struct ry_tune_run {
     ry_tune_piece *piece[8]; /* owned sets, and how many are in each */
     int n_piece[8], n_sets;
     char *output, *yaml_path;
+    char mark[100]; /* what its pieces depend on, in short */
     double started;
     int kept; /* pieces that were in the journal */
 } ry_tune_run;
