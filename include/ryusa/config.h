@@ -130,7 +130,8 @@ RY_API void ry_config_free(ry_config *config);
 
 /* What follows from a resolved config; all SI. Computed, never stored. */
 typedef struct ry_derived {
-    double d;             /* mean diameter of the grains that can move: slab width, unit of lengths [m] */
+    double d;             /* slab width, unit of lengths: grains.diameter, whatever a bed's grains come to; without a bed
+                             the mean diameter of the explicit grains that can move [m] */
     double mass;          /* dry mass of that mean grain, the m of alpha_m and alpha_cn [kg] */
     double density;       /* density of the mean grain [kg/m^3] */
     int is_bed;           /* many contacts per grain are to be expected */
