@@ -285,6 +285,33 @@ static void test_transient(void **state)
     free(x);
 }
 
+/* A flux that changes slowly, tau 100, behind a push that is over soon: the cut that is found misses most of it. */
+static void test_come_down(void **state)
+{
+    (void)state;
+    const int64_t n = 4000;
+    double *x = series(n), with = 0.0, without = 0.0;
+    for (uint32_t seed = 7000; seed < 7100; seed++) {
+        ar1(x, n, 0.99, seed);
+        assert_within((double)ry_series_come_down(x, n), 0, 1000, "nothing to come down from", seed);
+        for (int64_t i = 0; i < n; i++) {
+            x[i] = 7.0 + x[i] + 30.0 * exp(-(double)i / 30.0);
+        }
+        const int64_t first = ry_series_come_down(x, n);
+        assert_within((double)first, 60, 1000, "come down", seed); /* 30 exp(-t/30) equals the noise at 100 */
+        without += (equilibrated(x, n).mean - 7.0) / 100;
+        with += (equilibrated(x + first, n - first).mean - 7.0) / 100;
+    }
+    print_message("behind a push: off by %.3f, %.3f without the way down (+- 0.02)\n", without, with);
+    assert_true(fabs(with) < 0.06 && without > 0.06);
+    double rest[20] = {0.0};
+    assert_int_equal(ry_series_come_down(rest, 20), 0);
+    assert_int_equal(ry_series_come_down(rest, 0), 0);
+    rest[0] = 1.0;
+    assert_int_equal(ry_series_come_down(rest, 20), 1);
+    free(x);
+}
+
 /* A step that ends past the middle: the cut never takes more than half. */
 static void test_cut_is_bounded(void **state)
 {
@@ -383,6 +410,7 @@ int main(void)
         cmocka_unit_test(test_bad_input),       cmocka_unit_test(test_autocorrelation_time),
         cmocka_unit_test(test_coverage),        cmocka_unit_test(test_two_scales),
         cmocka_unit_test(test_oscillating),     cmocka_unit_test(test_transient),
+        cmocka_unit_test(test_come_down),
         cmocka_unit_test(test_cut_is_bounded),  cmocka_unit_test(test_scale_and_shift),
         cmocka_unit_test(test_long_series),     cmocka_unit_test(test_threads),
     };

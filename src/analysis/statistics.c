@@ -311,6 +311,20 @@ static int find_cut(workspace *w, const double *block, int n)
     return best;
 }
 
+int64_t ry_series_come_down(const double *x, int64_t n)
+{
+    const int64_t middle = n / 2;
+    double sum = 0.0;
+    int64_t first = 0;
+    for (int64_t k = middle; k < n; k++) {
+        sum += x[k];
+    }
+    while (first < middle && x[first] * (double)(n - middle) > sum) {
+        first++;
+    }
+    return first;
+}
+
 ry_status ry_series_equilibrated(const double *x, int64_t n, ry_series_statistics *out,
                                  ry_error *error)
 {

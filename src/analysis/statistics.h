@@ -23,6 +23,11 @@ typedef struct ry_series_statistics {
     double effective_samples;    /* samples / (2 tau_int) */
 } ry_series_statistics;
 
+/* Of a series that begins above what it comes to, as the flux behind the push of a start from motion: how many samples
+ * come before the first that is no larger than the mean of the second half; at most half of them. The cut below does
+ * not see such a beginning where it is short beside the time in which the series changes. */
+int64_t ry_series_come_down(const double *x, int64_t n);
+
 /* Mean and standard error of x[0..n-1] without a cut. */
 ry_status ry_series_mean(const double *x, int64_t n, ry_series_statistics *out, ry_error *error);
 

@@ -66,25 +66,13 @@ static int64_t count_sound(const ry_runner *r, const double *series, int64_t n)
     return n;
 }
 
-/* After the push of a start from motion the flow is faster than it will be: until its flux is for the first time no
- * larger than the mean of the second half it still comes down. The cut that is looked for then does not see this, where
- * it is short beside the time that the flux takes to change. */
+/* Behind the push of a start from motion the flow is faster than it will be. */
 static int64_t first_behind_push(const ry_runner *r, const double *series, int64_t first, int64_t n)
 {
-    const int64_t middle = first + (n - first) / 2;
     const ry_flow *const flow = &r->sim->plan.flow;
-    double sum = 0.0;
-    if (!r->sim->plan.has_fluid || flow->tau_start <= flow->tau ||
-        first * r->sim->plan.derived.steps_series < flow->step_boost) {
-        return first;
-    }
-    for (int64_t k = middle; k < n; k++) {
-        sum += series[k];
-    }
-    while (first < middle && series[first] * (double)(n - middle) > sum) {
-        first++;
-    }
-    return first;
+    const int pushed = r->sim->plan.has_fluid && flow->tau_start > flow->tau &&
+                       first * r->sim->plan.derived.steps_series >= flow->step_boost;
+    return pushed ? first + ry_series_come_down(series + first, n - first) : first;
 }
 
 static ry_status flux_statistics(ry_runner *r, ry_series_statistics *out, ry_error *error)
