@@ -66,6 +66,19 @@ class Corners(unittest.TestCase):
         self.assertIn("the limit is 0.15", said)
         self.run_program(ROOT / "params/settle.yaml", *words, "-s", "contact.alpha_m=250").close()
 
+    def test_checkpoints_of_another_version(self):
+        """They are no damage, and said to be what they are; arrays that are lost are."""
+        words = ("-s", "grains.columns=6", "-s", "grains.layers=3", "-s", "time.settle=0.02")
+        for damage, says in ((lambda slot: slot.attrs.modify("format", 3), "of another version of ryusa (format 3)"),
+                             (lambda slot: slot.pop("grains/id"), "damaged"), (lambda slot: slot.pop("grains/push"), "damaged")):
+            self.run_program(ROOT / "params/flume.yaml", *words, "-s", "time.end=0.05", "--force").close()
+            with h5py.File(self.folder / "o.h5", "r+") as file:
+                for slot in "ab":
+                    if slot in file["checkpoint"]:
+                        damage(file["checkpoint"][slot])
+            said = self.run_program(ROOT / "params/flume.yaml", *words, "-s", "time.end=0.1", "--resume", status=4)
+            self.assertIn(says, said)
+
     def test_lift_in_oil(self):
         """The steady velocity of a grain does not depend on the time step, with lift neither."""
         found = []

@@ -94,14 +94,14 @@ static void test_moments(void **state)
 /* How many eddies a held grain meets in `seconds`. */
 static double count_eddies(scene *s, double seconds, double dt)
 {
-    const ry_eddies *const e = &s->sim->state.eddies;
-    double met = 0.0, born = -1.0;
+    const ry_grains *const g = &s->sim->state.grains;
+    double count = 0.0, met = 0.0;
     for (double t = 0.0; t < seconds; t += dt) {
         step_scene(s, 1);
-        met += e->born[0] != born;
-        born = e->born[0];
+        count += g->met[0] != met;
+        met = g->met[0];
     }
-    return met;
+    return count;
 }
 
 static void test_lifetimes(void **state)

@@ -20,8 +20,7 @@ enum {
     CONTACT_FIELDS = 0 RY_CONTACT_FIELDS(ONE) RY_WET_FIELDS(ONE) RY_FROZEN_FIELDS(ONE),
     COLUMN_FIELDS = 0 RY_COLUMN_FIELDS(ONE),
     LEDGER_FIELDS = 0 RY_LEDGER_TOTALS(ONE),
-    SLEEP_FIELDS = 0 RY_SLEEP_FIELDS(ONE),
-    EDDY_FIELDS = 0 RY_EDDY_FIELDS(ONE)
+    SLEEP_FIELDS = 0 RY_SLEEP_FIELDS(ONE)
 };
 #undef ONE
 _Static_assert(sizeof(ry_grains) == (1 + GRAIN_FIELDS) * sizeof(void *), "a field without a list");
@@ -30,13 +29,11 @@ _Static_assert(sizeof(ry_contacts) == (5 + CONTACT_FIELDS) * sizeof(void *),
 _Static_assert(sizeof(ry_column) == (3 + COLUMN_FIELDS) * sizeof(void *), "a field without a list");
 _Static_assert(sizeof(ry_ledger) == (2 + 2 * LEDGER_FIELDS) * sizeof(int64_t), "a field without a list");
 _Static_assert(sizeof(ry_sleepers) == SLEEP_FIELDS * sizeof(void *), "a field without a list");
-_Static_assert(sizeof(ry_eddies) == EDDY_FIELDS * sizeof(void *), "a field without a list");
 _Static_assert(sizeof(ry_state) == 2 * sizeof(int64_t) + sizeof(ry_grains) + sizeof(ry_contacts) +
-                                       sizeof(ry_column) + sizeof(ry_ledger) + sizeof(ry_sleepers) +
-                                       sizeof(ry_eddies),
+                                       sizeof(ry_column) + sizeof(ry_ledger) + sizeof(ry_sleepers),
                "the state has a field that no checkpoint holds");
 
-enum { FORMAT = 3 }; /* of checkpoints; 1 had a ledger per grain, 2 no books of impacts */
+enum { FORMAT = 4 }; /* of checkpoints; 1 had a ledger per grain, 2 no books of impacts, 3 no eddies */
 
 /* SCALAR(kind, name in the file, member) */
 #define TOTAL(name, text)                                     \
@@ -159,7 +156,8 @@ static int write_contacts_array(const ry_h5 *file, const char *path, hid_t type,
 static int write_arrays(const ry_h5 *file, int slot, const ry_state *state)
 {
 #define WRITE(type, field, unit, text)                                                        \
-    if (write_by_id(file, join(slot, "grains", #field).string, type_##type(), &state->grains, \
+    if (state->grains.field != NULL &&                                                        \
+        write_by_id(file, join(slot, "grains", #field).string, type_##type(), &state->grains, \
                     unit, state->grains.field, sizeof(type)) != 0) {                          \
         return -1;                                                                            \
     }
@@ -185,14 +183,6 @@ static int write_arrays(const ry_h5 *file, int slot, const ry_state *state)
         return -1;                                                                              \
     }
     RY_SLEEP_FIELDS(WRITE);
-#undef WRITE
-#define WRITE(type, field, unit, text)                                                          \
-    if (state->eddies.field != NULL &&                                                          \
-        write_by_id(file, join(slot, "eddies", #field).string, type_##type(), &state->grains,   \
-                    unit, state->eddies.field, sizeof(type)) != 0) {                            \
-        return -1;                                                                              \
-    }
-    RY_EDDY_FIELDS(WRITE);
 #undef WRITE
 #define WRITE(field, unit, text)                                                  \
     if (state->column.nz > 0 &&                                                   \
@@ -273,10 +263,18 @@ static int read_first(hid_t file, const char *path, hid_t type, int64_t n, void 
     return n == 0 ? 0 : ry_h5_read_rows(file, path, type, 0, (hsize_t)n, data);
 }
 
+/* Where the fluid has no use for them; they stay 0, as they count. */
+static int may_lack(const ry_grains *grains, const void *field)
+{
+    return field == (const void *)&grains->push || field == (const void *)&grains->met;
+}
+
 static int read_arrays(hid_t file, int slot, ry_state *state)
 {
 #define READ(type, field, unit, text)                                                         \
-    if (read_first(file, join(slot, "grains", #field).string, type_##type(), state->grains.n, \
+    if ((!may_lack(&state->grains, &state->grains.field) ||                                   \
+         ry_h5_exists(file, join(slot, "grains", #field).string)) &&                          \
+        read_first(file, join(slot, "grains", #field).string, type_##type(), state->grains.n, \
                    state->grains.field) != 0) {                                               \
         return -1;                                                                            \
     }
@@ -302,14 +300,6 @@ static int read_arrays(hid_t file, int slot, ry_state *state)
         return -1;                                                                                \
     }
     RY_SLEEP_FIELDS(READ);
-#undef READ
-#define READ(type, field, unit, text)                                                             \
-    if (state->eddies.field != NULL &&                                                            \
-        read_first(file, join(slot, "eddies", #field).string, type_##type(), state->grains.n,     \
-                   state->eddies.field) != 0) {                                                   \
-        return -1;                                                                                \
-    }
-    RY_EDDY_FIELDS(READ);
 #undef READ
 #define READ(field, unit, text)                                                                    \
     if (read_first(file, join(slot, "column", #field).string, H5T_NATIVE_DOUBLE, state->column.nz, \
@@ -338,9 +328,6 @@ static int read_size(hid_t file, int slot, ry_state *state)
     }
     state->contacts.is_wet = ry_h5_exists(file, join(slot, "contacts", "wet").string);
     if (ry_h5_exists(file, join(slot, "sleepers", "asleep").string) && ry_state_add_sleepers(state, NULL) != RY_OK) {
-        return -1;
-    }
-    if (ry_h5_exists(file, join(slot, "eddies", "born").string) && ry_state_add_eddies(state, NULL) != RY_OK) {
         return -1;
     }
     if (ry_contacts_reserve(&state->contacts, contacts, NULL) != RY_OK) {
@@ -385,6 +372,18 @@ static int read_slot(hid_t file, int slot, ry_state *state)
     }
     ry_state_free(state);
     return -1;
+}
+
+int64_t ry_checkpoint_other_format(hid_t file)
+{
+    int64_t other = 0;
+    for (int slot = 0; slot < 2; slot++) {
+        int64_t format = FORMAT;
+        const int has = ry_h5_exists(file, slot_path(slot)) &&
+                        ry_h5_get_integer(file, slot_path(slot), "format", &format) == 0;
+        other = has && format != FORMAT ? format : other;
+    }
+    return other;
 }
 
 int ry_checkpoint_read(hid_t file, ry_state *state, int *slot, int64_t *sequence)

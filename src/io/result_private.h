@@ -92,6 +92,8 @@ int ry_checkpoint_write_window(const ry_h5 *file, int slot, const double *values
 int ry_checkpoint_read_window(hid_t file, int slot, double **values, int64_t *n);
 /* The newest whole checkpoint: 1 found, 0 there is none, -1 there are only damaged ones. */
 int ry_checkpoint_read(hid_t file, ry_state *state, int *slot, int64_t *sequence);
+/* The format of its checkpoints, where that is another than ours; else 0. */
+int64_t ry_checkpoint_other_format(hid_t file);
 
 /* xdmf.c: writes OUT.xdmf for a finished OUT.h5, if it has positions; an existing one stays unless
  * `anew`. */

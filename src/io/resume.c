@@ -30,6 +30,12 @@ static ry_status load(hid_t file, const char *name, const ry_config *config, ry_
     RY_TRY(ry_parameters_check_ours(file, name, error));
     RY_TRY(ry_parameters_compare(file, name, config, error));
     const int read = ry_checkpoint_read(file, state, slot, sequence);
+    const int64_t other = read < 0 ? ry_checkpoint_other_format(file) : 0;
+    if (other != 0) {
+        return ry_fail(error, RY_BAD_FILE,
+                       "%s: its checkpoints are of another version of ryusa (format %lld) and can't be gone on from; go on "
+                       "with that version, or begin anew with --force", name, (long long)other);
+    }
     if (read < 0) {
         return ry_fail(error, RY_BAD_FILE, "%s: damaged: neither of its checkpoints is whole",
                        name);

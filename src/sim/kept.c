@@ -8,8 +8,8 @@
 
 /* What never changes: radius, density, id, fixed. */
 #define KEPT_FIELDS(KEPT)                                                                                       \
-    KEPT(double, x) KEPT(double, z) KEPT(double, vx) KEPT(double, vz) KEPT(double, spin) KEPT(double, push) \
-    KEPT(int32_t, image)
+    KEPT(double, x) KEPT(double, z) KEPT(double, vx) KEPT(double, vz) KEPT(double, spin) \
+    KEPT(double, push) KEPT(double, met) KEPT(int32_t, image)
 
 #define ONE(...) +1
 enum { CHANGE = 0 KEPT_FIELDS(ONE), NEVER_CHANGE = 4, ALL = 0 RY_GRAIN_FIELDS(ONE) };
@@ -28,10 +28,6 @@ ry_status ry_kept_create(ry_state *kept, const ry_state *state, ry_error *error)
 #define MAKE(type, name, unit, text) whole = whole && (state->sleepers.name == NULL || \
                                                        (kept->sleepers.name = ry_array(n, sizeof(type))) != NULL);
     RY_SLEEP_FIELDS(MAKE)
-#undef MAKE
-#define MAKE(type, name, unit, text) whole = whole && (state->eddies.name == NULL || \
-                                                       (kept->eddies.name = ry_array(n, sizeof(type))) != NULL);
-    RY_EDDY_FIELDS(MAKE)
 #undef MAKE
 #define MAKE(name, unit, text) whole = whole && (kept->column.name = ry_array(nz, sizeof(double))) != NULL;
     RY_COLUMN_FIELDS(MAKE)
@@ -73,12 +69,6 @@ void ry_kept_take(ry_state *kept, const ry_state *state)
     }
     RY_SLEEP_FIELDS(TAKE)
 #undef TAKE
-#define TAKE(type, name, unit, text)                                          \
-    for (int32_t k = 0; state->eddies.name != NULL && k < n; k++) {           \
-        kept->eddies.name[id[k]] = state->eddies.name[k];                     \
-    }
-    RY_EDDY_FIELDS(TAKE)
-#undef TAKE
     copy_the_rest(kept, state);
 }
 
@@ -96,12 +86,6 @@ ry_status ry_kept_give(const ry_state *kept, ry_state *state, ry_error *error)
         state->sleepers.name[k] = kept->sleepers.name[id[k]];                 \
     }
     RY_SLEEP_FIELDS(GIVE)
-#undef GIVE
-#define GIVE(type, name, unit, text)                                          \
-    for (int32_t k = 0; state->eddies.name != NULL && k < n; k++) {           \
-        state->eddies.name[k] = kept->eddies.name[id[k]];                     \
-    }
-    RY_EDDY_FIELDS(GIVE)
 #undef GIVE
     copy_the_rest(state, kept);
     return ry_contacts_copy(&state->contacts, &kept->contacts, error);

@@ -256,7 +256,7 @@ static void set_contact(ry_plan *plan, const ry_config *config, const ry_state *
     }
 }
 
-static void set_flow(ry_plan *plan, const ry_config *config, ry_state *state)
+static void set_flow(ry_plan *plan, const ry_config *config)
 {
     const ry_derived *const q = &plan->derived;
     const double boosted = fmin(BOOST_FACTOR, BOOST_SHIELDS / fmax(q->shields, 1e-12));
@@ -270,7 +270,7 @@ static void set_flow(ry_plan *plan, const ry_config *config, ry_state *state)
         .density = config->fluid_density, .viscosity = config->fluid_viscosity,
         .drag_coefficient = config->fluid_drag_coefficient, .hindrance = config->fluid_hindrance,
         .walks = config->fluid_turbulence == RY_TURBULENCE_WALK, .eddy_time = config->fluid_eddy_time,
-        .seed = (uint32_t)config->grains_seed, .eddies = &state->eddies,
+        .seed = (uint32_t)config->grains_seed,
         .lift = config->fluid_lift, .roughness = config->fluid_roughness,
         .gravity = config->domain_gravity, .level = config->fluid_level, .d = q->d,
         .length = q->length > 0.0 ? q->length : q->d, .dt = config->time_step};
@@ -306,9 +306,8 @@ static void carry_all(ry_plan *plan, const ry_state *state)
     double *const arrays[] = {m->im, m->tm, m->spin_gain, m->weight, pushes ? m->gx : NULL, pushes ? m->gz : NULL};
     double *const sums[] = {m->cx, m->cz, m->ct, plan->measure.impulse, plan->measure.middle, plan->flow.viscous};
     ry_places_carry_grains(o, &state->grains);
-#define CARRY(type, name, unit, text) ry_places_carry(o, state->eddies.name, sizeof(type));
-    RY_EDDY_FIELDS(CARRY)
-#undef CARRY
+    ry_places_carry(o, plan->flow.eddy_x, sizeof(double));
+    ry_places_carry(o, plan->flow.eddy_z, sizeof(double));
     for (size_t a = 0; a < sizeof arrays / sizeof *arrays; a++) {
         ry_places_carry(o, arrays[a], sizeof(double));
     }
@@ -393,7 +392,7 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     ry_pairs_import(&plan->pairs, state);
     plan->sets.n_awake = g->n;
     if (plan->has_fluid) {
-        set_flow(plan, config, state);
+        set_flow(plan, config);
         RY_TRY(ry_flow_create(&plan->flow, state, error));
     }
     if (plan->has_profile) {

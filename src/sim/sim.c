@@ -50,9 +50,7 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
         free(keys);
         return ry_no_memory(error, (size_t)g->n * sizeof *keys);
     }
-    const int eddies = state->eddies.born != NULL;
-    if ((asleep != NULL && ry_state_add_sleepers(&copy, error) != RY_OK) ||
-        (eddies && ry_state_add_eddies(&copy, error) != RY_OK)) {
+    if (asleep != NULL && ry_state_add_sleepers(&copy, error) != RY_OK) {
         free(keys);
         ry_state_free(&copy);
         return error->status;
@@ -72,11 +70,6 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
             RY_SLEEP_FIELDS(RY_SLEEP_MOVE)
         }
 #undef RY_SLEEP_MOVE
-#define RY_EDDY_MOVE(type, name, unit, text) copy.eddies.name[k] = state->eddies.name[keys[k].id];
-        if (eddies) {
-            RY_EDDY_FIELDS(RY_EDDY_MOVE)
-        }
-#undef RY_EDDY_MOVE
     }
     const ry_grains grains = state->grains;
     state->grains = copy.grains;
@@ -84,9 +77,6 @@ static ry_status order_grains(ry_state *state, const ry_config *config, double d
     const ry_sleepers sleepers = state->sleepers;
     state->sleepers = copy.sleepers;
     copy.sleepers = sleepers;
-    const ry_eddies were = state->eddies;
-    state->eddies = copy.eddies;
-    copy.eddies = were;
     ry_state_free(&copy);
     free(keys);
     return RY_OK;
@@ -106,14 +96,14 @@ static ry_status set_up(ry_sim *sim, int threads, ry_error *error)
     if (sim->config.contact_sleep > 0.0 && sim->state.sleepers.asleep == NULL) {
         RY_TRY(ry_state_add_sleepers(&sim->state, error));
     }
-    const int walks = sim->config.fluid_turbulence == RY_TURBULENCE_WALK && sim->config.fluid_model != RY_FLUID_NONE;
-    if (walks && sim->state.eddies.born == NULL) {
-        RY_TRY(ry_state_add_eddies(&sim->state, error));
-    }
     RY_TRY(order_grains(&sim->state, &sim->config, ry_config_derive(&sim->config).d, error));
     if (sim->config.fluid_model != RY_FLUID_STRESS && sim->config.fluid_model != RY_FLUID_BALANCE) {
         free(sim->state.grains.push);
         sim->state.grains.push = NULL;
+    }
+    if (sim->config.fluid_turbulence == RY_TURBULENCE_NONE || sim->config.fluid_model == RY_FLUID_NONE) {
+        free(sim->state.grains.met);
+        sim->state.grains.met = NULL;
     }
     RY_TRY(ry_plan_create(&sim->plan, &sim->config, &sim->state, threads, error));
     sim->keeps_good = state->grains.n <= MOST_TO_KEEP;

@@ -338,12 +338,12 @@ static void find_reynolds(const ry_flow *f, const ry_column *c, double *out)
     }
 }
 
-static void find_swirl(const ry_flow *f, const ry_column *c, int32_t from, int32_t end)
+static void find_star(const ry_flow *f, const ry_column *c, int32_t from, int32_t end)
 {
     find_reynolds(f, c, f->reynolds);
-    mean_over_grain(f, f->reynolds, from, end, f->work, f->swirl);
+    mean_over_grain(f, f->reynolds, from, end, f->work, f->star);
     for (int32_t k = from; k < end; k++) {
-        f->swirl[k] = sqrt(f->swirl[k]);
+        f->star[k] = sqrt(f->star[k]);
     }
 }
 
@@ -359,10 +359,10 @@ void ry_column_refresh(ry_flow *f, const ry_column *c, int32_t from, int32_t end
         hinder(f->hindrance, from, end, f->hinder);
     }
     if (f->walks) {
-        find_swirl(f, c, from, end);
+        find_star(f, c, from, end);
     }
     for (int32_t k = from; k < end; k++) {
-        const double face[RY_FACE] = {f->u[k], f->gradient[k], f->hinder[k], f->walks ? f->swirl[k] : 0.0};
+        const double face[RY_FACE] = {f->u[k], f->gradient[k], f->hinder[k], f->walks ? f->star[k] : 0.0};
         memcpy(f->face[k], face, sizeof face);
     }
     f->faces = end;

@@ -10,7 +10,7 @@
 
 typedef struct ry_eddies_task {
     const ry_flow *flow;
-    const ry_grains *grains;
+    ry_grains *grains;
     int64_t step;
 } ry_eddies_task;
 
@@ -22,24 +22,32 @@ static double lasts(const ry_flow *f, double z)
     return isnan(f->eddy_time) ? RY_EDDY_TURN / shear : f->eddy_time;
 }
 
+void ry_eddies_meet(const ry_flow *f, const ry_grains *g, int32_t k)
+{
+    double drawn[2] = {0.0, 0.0};
+    if (g->met[k] > 0.0) {
+        ry_random_normal(f->seed, RY_RANDOM_EDDY, (uint64_t)g->met[k], (uint32_t)g->id[k], drawn);
+    }
+    f->eddy_z[k] = drawn[0];
+    f->eddy_x[k] = drawn[1] - drawn[0];
+}
+
 static void renew(void *context, int32_t begin, int32_t end, int thread)
 {
     const ry_eddies_task *const t = context;
-    const ry_eddies *const e = t->flow->eddies;
+    const ry_flow *const f = t->flow;
+    ry_grains *const g = t->grains;
     (void)thread;
     for (int32_t k = begin; k < end; k++) {
-        const double age = ((double)t->step - e->born[k] + 0.5 * t->flow->advance) * t->flow->dt;
-        if (e->born[k] < 0.0 || age >= lasts(t->flow, t->grains->z[k])) {
-            double drawn[2];
-            ry_random_normal(t->flow->seed, RY_RANDOM_EDDY, (uint64_t)t->step, (uint32_t)t->grains->id[k], drawn);
-            e->up[k] = drawn[0];
-            e->along[k] = drawn[1] - drawn[0];
-            e->born[k] = (double)t->step;
+        const double now = (double)t->step + 1.0, age = (now - g->met[k] + 0.5 * f->advance) * f->dt;
+        if (g->met[k] == 0.0 || age >= lasts(f, g->z[k])) {
+            g->met[k] = now;
+            ry_eddies_meet(f, g, k);
         }
     }
 }
 
-void ry_eddies_renew(const ry_flow *f, const ry_grains *g, int64_t step)
+void ry_eddies_renew(const ry_flow *f, ry_grains *g, int64_t step)
 {
     ry_eddies_task task = {.flow = f, .grains = g, .step = step};
     ry_parallel(f->threads, g->n, renew, &task);

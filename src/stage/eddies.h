@@ -17,7 +17,10 @@
  * k/epsilon there. */
 #define RY_EDDY_TURN 0.33
 
+/* Draws the eddy that grain k has met, as grains->met says; of one that has met none there is none. */
+void ry_eddies_meet(const ry_flow *flow, const ry_grains *grains, int32_t k);
+
 /* At an advance: new eddies for those whose time is over, to the nearest advance. */
-void ry_eddies_renew(const ry_flow *flow, const ry_grains *grains, int64_t step);
+void ry_eddies_renew(const ry_flow *flow, ry_grains *grains, int64_t step);
 
 #endif

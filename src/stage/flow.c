@@ -67,7 +67,7 @@ RY_INLINE double drag_slope(double rx, double rz, double rate, double share, dou
 
 /* What a block of grains sees. */
 typedef struct ry_seen {
-    _Alignas(RY_ALIGNMENT) double u[RY_BLOCK], gradient[RY_BLOCK], hinder[RY_BLOCK], swirl[RY_BLOCK];
+    _Alignas(RY_ALIGNMENT) double u[RY_BLOCK], gradient[RY_BLOCK], hinder[RY_BLOCK], star[RY_BLOCK];
 } ry_seen;
 
 RY_INLINE void see_block(const ry_flow *f, const double *z, int32_t n, const int walks, ry_seen *out)
@@ -96,7 +96,7 @@ RY_INLINE void see_block(const ry_flow *f, const double *z, int32_t n, const int
         ry_four_store(out->gradient + k, rows[RY_FACE_GRADIENT]);
         ry_four_store(out->hinder + k, rows[RY_FACE_HINDER]);
         if (walks) {
-            ry_four_store(out->swirl + k, rows[RY_FACE_SWIRL]);
+            ry_four_store(out->star + k, rows[RY_FACE_STAR]);
         }
     }
 }
@@ -117,8 +117,8 @@ RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, const ry_motio
     const double *const vx = g->vx + begin, *const vz = g->vz + begin, *const radius = g->radius + begin;
     const double *const viscous = f->viscous + begin;
     const double *const im = m->im + begin, *const weight = m->weight + begin;
-    const double *const eddy_x = walks ? f->eddies->along + begin : NULL;
-    const double *const eddy_z = walks ? f->eddies->up + begin : NULL;
+    const double *const eddy_x = walks ? f->eddy_x + begin : NULL;
+    const double *const eddy_z = walks ? f->eddy_z + begin : NULL;
     double *restrict const push = pushed || summed ? g->push + begin : NULL;
     double *restrict const gx = m->gx + at, *restrict const gz = m->gz + at;
     double *restrict const force = rests ? f->resting.force + begin : NULL;
@@ -126,17 +126,17 @@ RY_INLINE void sample_block(const ry_flow *f, const ry_grains *g, const ry_motio
     see_block(f, g->z + begin, n, walks, &seen);
 #pragma omp simd
     for (int32_t k = 0; k < n; k++) {
-        const double rx = seen.u[k] - vx[k] + (walks ? seen.swirl[k] * eddy_x[k] : 0.0);
-        const double falls = vz[k] - (walks ? seen.swirl[k] * eddy_z[k] : 0.0);
-        const double rate = drag_rate(rx, falls, area_of(density, radius[k]), viscous[k], seen.hinder[k], c, law);
+        const double rx = seen.u[k] - vx[k] + (walks ? seen.star[k] * eddy_x[k] : 0.0);
+        const double rz = vz[k] - (walks ? seen.star[k] * eddy_z[k] : 0.0);
+        const double rate = drag_rate(rx, rz, area_of(density, radius[k]), viscous[k], seen.hinder[k], c, law);
         const double b = rate * dt * im[k];
         const double share = 1.0 / (1.0 + b);
         const double along = ry_column_volume(radius[k]) * seen.gradient[k] + (pushed ? push[k] : 0.0);
         gx[k] = (b * rx + along * dt * im[k]) * share;
-        gz[k] = (weight[k] - b * falls) * share;
+        gz[k] = (weight[k] - b * rz) * share;
         if (rests) {
             force[k] = (rate * rx + along) * share;
-            slope[k] = drag_slope(rx, falls, rate, share, viscous[k], c, law);
+            slope[k] = drag_slope(rx, rz, rate, share, viscous[k], c, law);
         } else if (summed) {
             push[k] += (rate * rx + along) * share;
         }
@@ -169,6 +169,13 @@ static sample_fn *const samplers[WAYS][3] = {
     ROW(awake_walks), ROW(summed_walks), ROW(resting_walks),
 };
 
+/* Velocity of grain k against the eddy that it is in, less the mean flow's: `seen` where it is. */
+RY_INLINE void in_eddy(const ry_flow *f, const ry_grains *g, int32_t k, const ry_four seen, double *vx, double *vz)
+{
+    *vx = g->vx[k] - (f->walks ? seen[RY_FACE_STAR] * f->eddy_x[k] : 0.0);
+    *vz = g->vz[k] - (f->walks ? seen[RY_FACE_STAR] * f->eddy_z[k] : 0.0);
+}
+
 /* Lift by the difference of u^2 between the top and the bottom of a grain (Wiberg & Smith 1985,
  * J. Geophys. Res. 90, 7341): F = pi/8 rho C_L d^2 (u_top^2 - u_bottom^2), upwards. It has the share that gravity has
  * in the implicit step with the drag (sample_block). */
@@ -180,8 +187,8 @@ static void add_lift(const ry_flow *f, const ry_grains *g, const ry_motion *m, i
         const ry_spot above = ry_column_spot(f, g->z[k] + r), below = ry_column_spot(f, g->z[k] - r);
         const ry_spot middle = ry_column_spot(f, g->z[k]);
         const ry_four seen = see(face, middle.cell, middle.part);
-        const double vx = g->vx[k] - (f->walks ? seen[RY_FACE_SWIRL] * f->eddies->along[k] : 0.0);
-        const double vz = g->vz[k] - (f->walks ? seen[RY_FACE_SWIRL] * f->eddies->up[k] : 0.0);
+        double vx, vz;
+        in_eddy(f, g, k, seen, &vx, &vz);
         const double top = see(face, above.cell, above.part)[RY_FACE_U] - vx;
         const double foot = see(face, below.cell, below.part)[RY_FACE_U] - vx;
         const double rate = drag_rate(seen[RY_FACE_U] - vx, vz, area, f->viscous[k], seen[RY_FACE_HINDER],
@@ -264,15 +271,15 @@ RY_CLONES static void sum_block(const ry_flow *f, const ry_state *state, const r
         if (f->model == RY_FLOW_BALANCE) {
             const ry_spot spot = ry_column_spot(f, g->z[k]);
             const ry_four seen = see((const double (*)[RY_FACE])f->face, spot.cell, spot.part);
-            const double c_d = f->drag_coefficient;
-            const double rx = seen[RY_FACE_U] - g->vx[k] + (f->walks ? seen[RY_FACE_SWIRL] * f->eddies->along[k] : 0.0);
-            const double falls = g->vz[k] - (f->walks ? seen[RY_FACE_SWIRL] * f->eddies->up[k] : 0.0);
-            const double rate = drag_rate(rx, falls, area_of(f->density, g->radius[k]), f->viscous[k],
+            double vx, vz;
+            in_eddy(f, g, k, seen, &vx, &vz);
+            const double rx = seen[RY_FACE_U] - vx, c_d = f->drag_coefficient;
+            const double rate = drag_rate(rx, vz, area_of(f->density, g->radius[k]), f->viscous[k],
                                           seen[RY_FACE_HINDER], c_d, f->drag);
             const double share = 1.0 / (1.0 + rate * f->dt * m->im[k]);
             got = g->push[k] / f->advance;
             force = (rate * rx + ry_column_volume(g->radius[k]) * seen[RY_FACE_GRADIENT]) * share;
-            slope = drag_slope(rx, falls, rate, share, f->viscous[k], c_d, f->drag);
+            slope = drag_slope(rx, vz, rate, share, f->viscous[k], c_d, f->drag);
         }
         const double z = g->z[k], r = g->radius[k];
         spread(volumes, gots, forces, slopes, ry_slice_span(z, r, 1.0 / c->dz, c->nz), c->dz, z, r,
@@ -492,7 +499,9 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
     f->hinder = ry_array(nz + 1, sizeof(double));
     f->sums = ry_array(((size_t)f->at_once + 1) * RY_SUM_COUNT * ry_column_row_length(f), sizeof(double));
     f->half = (int32_t)ceil(0.5 * f->d / f->dz - 1e-9);
-    f->swirl = f->walks ? ry_array(nz + 1, sizeof(double)) : NULL;
+    f->eddy_x = f->walks ? ry_array(n, sizeof(double)) : NULL;
+    f->eddy_z = f->walks ? ry_array(n, sizeof(double)) : NULL;
+    f->star = f->walks ? ry_array(nz + 1, sizeof(double)) : NULL;
     f->reynolds = f->walks ? ry_array(nz, sizeof(double)) : NULL;
     f->part = ry_array(2 * (size_t)f->half, sizeof(double));
     f->mix = ry_array(nz, sizeof(double));
@@ -501,7 +510,7 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
     f->bin_grain = ry_array((size_t)f->n_bins, sizeof(int32_t));
     if (!f->viscous || !f->face || !f->u || !f->gradient || !f->hinder || !f->sums ||
         !f->work || !f->mix || !f->part || !f->bin_top || !f->bin_grain ||
-        (f->walks && (!f->swirl || !f->reynolds))) {
+        (f->walks && (!f->star || !f->reynolds || !f->eddy_x || !f->eddy_z))) {
         return ry_no_memory(error, (n + nz * 20) * sizeof(double));
     }
     for (size_t k = 0; k < n; k++) {
@@ -517,6 +526,9 @@ ry_status ry_flow_create(ry_flow *f, const ry_state *state, ry_error *error)
         f->hinder[k] = 1.0;
     }
     f->valid = f->nz;
+    for (int32_t k = 0; f->walks && k < g->n; k++) {
+        ry_eddies_meet(f, g, k);
+    }
     f->tau_now = state->step > 0 ? ry_flow_stress(f, (state->step - 1) / f->advance * f->advance) : 0.0;
     ry_column_refresh(f, &state->column, 0, ry_column_faces(f));
     return RY_OK;
@@ -526,7 +538,7 @@ void ry_flow_free(ry_flow *f)
 {
     void *const arrays[] = {f->viscous, f->u,       f->gradient,  f->hinder, f->sums, f->mix,
                             f->work,    f->bin_top, f->bin_grain, f->part,   f->face,
-                            f->swirl,   f->reynolds};
+                            f->star,    f->reynolds,  f->eddy_x, f->eddy_z};
     for (size_t k = 0; k < sizeof arrays / sizeof *arrays; k++) {
         free(arrays[k]);
     }

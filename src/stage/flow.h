@@ -26,7 +26,7 @@ typedef enum { RY_FLOW_LI_SAWAMOTO, RY_FLOW_DURAN, RY_FLOW_DURAN_MOVING } ry_flo
 
 /* At a face: mean velocity, stress gradient and factor of the drag for a grain centred there [m/s, Pa/m, 1]; with
  * turbulence the local friction velocity, the root of the Reynolds stress over the density [m/s]. */
-enum { RY_FACE_U, RY_FACE_GRADIENT, RY_FACE_HINDER, RY_FACE_SWIRL, RY_FACE };
+enum { RY_FACE_U, RY_FACE_GRADIENT, RY_FACE_HINDER, RY_FACE_STAR, RY_FACE };
 
 /* A run of cells that a sleeper reaches, and its parts in them. */
 typedef struct ry_imprint {
@@ -61,13 +61,13 @@ typedef struct ry_flow {
     int walks;                   /* 1: grains go from eddy to eddy (stage/eddies.h) */
     double eddy_time;            /* how long one lasts; NAN: as the local shear says [s] */
     uint32_t seed;
-    ry_eddies *eddies;           /* of the state */
+    double *eddy_x, *eddy_z;     /* n: velocity of the eddy that each grain is in, over the local friction velocity */
     double *viscous;             /* nu/d of each grain [m/s]; drag dallavalle: the root of 24 of it [m^1/2/s^1/2] */
 
     /* What the grains see, at the nz + 1 faces of the cells: made from the column at each advance. Side by side,
      * because a grain looks at all of it at two faces; the rows are where it is made. */
     double (*face)[RY_FACE];
-    double *u, *gradient, *hinder, *swirl;
+    double *u, *gradient, *hinder, *star;
     double *reynolds; /* nz: Reynolds stress over the density in the cells; turbulence only [m^2/s^2] */
     /* What an advance sums over the grains: rows of nz, one set per block of grains that are summed at once, then the
      * total. */

@@ -116,7 +116,8 @@ RY_INLINE void book_left(ry_near *near, int32_t k, const ry_place at, double sli
 
 /* Normal n from i to j; tangent t = (n_z, -n_x), along which a positive spin of either grain moves
  * its side of the contact; the contact point divides the distance like the radii, so that the lever
- * arms add up to it and angular momentum is kept. */
+ * arms add up to it and angular momentum is kept. In an impact on what can't move, and takes any of it, the lever is
+ * the radius, as of rough rigid spheres. */
 RY_INLINE void contact_body(const ry_contact *c, ry_near *near, ry_law_fn *law, const int which, const int moves,
                             const int ratio, const int features)
 {

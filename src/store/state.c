@@ -72,36 +72,18 @@ ry_status ry_state_add_sleepers(ry_state *state, ry_error *error)
     return RY_OK;
 }
 
-ry_status ry_state_add_eddies(ry_state *state, ry_error *error)
-{
-    ry_eddies *const e = &state->eddies;
-    const size_t n = (size_t)state->grains.n;
-#define ALLOCATED(type, name, unit, text) &&(e->name = ry_array(n, sizeof(type))) != NULL
-    if (!(1 RY_EDDY_FIELDS(ALLOCATED))) {
-        return ry_no_memory(error, n * 3 * sizeof(double));
-    }
-#undef ALLOCATED
-    for (size_t k = 0; k < n; k++) {
-        e->born[k] = -1.0;
-    }
-    return RY_OK;
-}
-
 void ry_state_free(ry_state *state)
 {
 #define FREE_GRAINS(type, name, unit, text) free(state->grains.name);
 #define FREE_COLUMN(name, unit, text) free(state->column.name);
 #define FREE_SLEEPERS(type, name, unit, text) free(state->sleepers.name);
-#define FREE_EDDIES(type, name, unit, text) free(state->eddies.name);
     RY_GRAIN_FIELDS(FREE_GRAINS);
     ry_contacts_free(&state->contacts);
     RY_COLUMN_FIELDS(FREE_COLUMN);
     RY_SLEEP_FIELDS(FREE_SLEEPERS);
-    RY_EDDY_FIELDS(FREE_EDDIES);
 #undef FREE_GRAINS
 #undef FREE_COLUMN
 #undef FREE_SLEEPERS
-#undef FREE_EDDIES
     *state = (ry_state){0};
 }
 
@@ -183,9 +165,6 @@ ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error)
     if (from->sleepers.asleep != NULL && to->sleepers.asleep == NULL) {
         RY_TRY(ry_state_add_sleepers(to, error));
     }
-    if (from->eddies.born != NULL && to->eddies.born == NULL) {
-        RY_TRY(ry_state_add_eddies(to, error));
-    }
     to->step = from->step;
     to->time = from->time;
     const size_t n = (size_t)from->grains.n, nz = (size_t)from->column.nz;
@@ -208,11 +187,6 @@ ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error)
         RY_SLEEP_FIELDS(RY_SLEEP_COPY)
     }
 #undef RY_SLEEP_COPY
-#define RY_EDDY_COPY(type, name, unit, text) memcpy(to->eddies.name, from->eddies.name, n * sizeof(type));
-    if (from->eddies.born != NULL) {
-        RY_EDDY_FIELDS(RY_EDDY_COPY)
-    }
-#undef RY_EDDY_COPY
     return ry_contacts_copy(&to->contacts, &from->contacts, error);
 }
 
@@ -270,15 +244,6 @@ static uint64_t hash_sleeper(const ry_sleepers *sleepers, int32_t id, int32_t k)
     return hash;
 }
 
-static uint64_t hash_eddy(const ry_eddies *eddies, int32_t id, int32_t k)
-{
-    uint64_t hash = add_int32_t(6, id);
-#define ADD(type, name, unit, text) hash = add_##type(hash, eddies->name[k]);
-    RY_EDDY_FIELDS(ADD);
-#undef ADD
-    return hash;
-}
-
 static uint64_t hash_books(const ry_ledger *ledger)
 {
     uint64_t hash = add_word(4, (uint64_t)ledger->kept);
@@ -320,9 +285,6 @@ uint64_t ry_state_hash(const ry_state *state)
     }
     for (int32_t k = 0; k < state->grains.n && state->sleepers.asleep != NULL; ++k) {
         sum += hash_sleeper(&state->sleepers, state->grains.id[k], k);
-    }
-    for (int32_t k = 0; k < state->grains.n && state->eddies.born != NULL; ++k) {
-        sum += hash_eddy(&state->eddies, state->grains.id[k], k);
     }
     for (int64_t k = 0; k < state->contacts.n; ++k) {
         sum += hash_contact(&state->contacts, k);

@@ -29,12 +29,13 @@ enum { RY_MAX_WALLS = 3 };
     RY_GRAIN_FIELD(double, density, "kg/m^3", "density")                                           \
     RY_GRAIN_FIELD(double, push, "N", "model stress: shear force on an exposed grain; model balance: "       \
                    "sum of the fluid's forces along x over the steps since the last advance") \
+    RY_GRAIN_FIELD(double, met, "1", "fluid.turbulence: 1 + the step at which it met its eddy; 0: none yet") \
     RY_GRAIN_FIELD(int32_t, image, "1", "how often x was wrapped: unwrapped x = x + image * length") \
     RY_GRAIN_FIELD(int32_t, id, "1", "0 .. n-1, never changes")                                    \
     RY_GRAIN_FIELD(uint8_t, fixed, "1", "1: nothing moves it")
 
 typedef struct ry_grains {
-    int32_t n; /* grains, fixed ones included. push may be NULL: where the fluid has no use for it; it counts as 0 */
+    int32_t n; /* grains, fixed ones included. push, met: NULL where the fluid has no use for them, which counts as 0 */
 #define RY_GRAIN_POINTER(type, name, unit, text) type *name;
     RY_GRAIN_FIELDS(RY_GRAIN_POINTER)
 #undef RY_GRAIN_POINTER
@@ -137,19 +138,6 @@ typedef struct ry_sleepers {
 #undef RY_SLEEP_POINTER
 } ry_sleepers;
 
-/* The eddy that each grain is in (stage/eddies.h), with fluid.turbulence only; else the arrays are NULL. In storage
- * order. RY_EDDY_FIELD(type, name, unit, text) */
-#define RY_EDDY_FIELDS(RY_EDDY_FIELD)                                                                          \
-    RY_EDDY_FIELD(double, along, "1", "fluctuation of the fluid's velocity along x, in local friction velocities") \
-    RY_EDDY_FIELD(double, up, "1", "and along z")                                                              \
-    RY_EDDY_FIELD(double, born, "1", "step at which the grain met it; -1: it has met none")
-
-typedef struct ry_eddies {
-#define RY_EDDY_POINTER(type, name, unit, text) type *name;
-    RY_EDDY_FIELDS(RY_EDDY_POINTER)
-#undef RY_EDDY_POINTER
-} ry_eddies;
-
 typedef struct ry_state {
     int64_t step; /* steps done */
     double time;  /* step * dt [s] */
@@ -158,7 +146,6 @@ typedef struct ry_state {
     ry_column column;
     ry_ledger ledger;
     ry_sleepers sleepers;
-    ry_eddies eddies;
 } ry_state;
 
 /* Allocates the arrays of `n` grains and `nz` cells; all zero, ids 0..n-1. `ledger`: keep one. */
@@ -170,9 +157,6 @@ ry_status ry_state_copy(ry_state *to, const ry_state *from, ry_error *error);
 
 /* Adds the arrays of those that sleep: at first fixed grains only. */
 ry_status ry_state_add_sleepers(ry_state *state, ry_error *error);
-
-/* Adds the arrays of the eddies: nobody has met one. */
-ry_status ry_state_add_eddies(ry_state *state, ry_error *error);
 
 /* Makes room for `n` contacts, with or without rest, as no_rest says. */
 ry_status ry_contacts_reserve(ry_contacts *contacts, int64_t n, ry_error *error);

@@ -94,14 +94,12 @@ static void fill_asked(const ry_sweep_run *run, columns *t, int k)
         const char *const text = ry_sweep_file_value(&run->file, k / run->file.replicas, i);
         const ry_key_row *const row = ry_keys_row(run->file.axis[i].key);
         char problem[400];
-        double value = NAN;
-        if (row->words == NULL && !ry_quantity_read(text, row->unit, &value, problem, sizeof problem)) {
-            value = NAN;
-        }
-        t->input[i][k] = value;
+        double value;
+        const int is_number = row->words == NULL && ry_quantity_read(text, row->unit, &value, problem, sizeof problem);
+        t->input[i][k] = is_number ? value : NAN;
         t->word[i][k] = row->words != NULL ? text : "";
         if (run->file.axis[i].key == RY_KEY_fluid_shields) {
-            t->shields[k] = value;
+            t->shields[k] = t->input[i][k];
         }
     }
 }
