@@ -85,3 +85,14 @@ ry_status ry_csv_next(ry_csv *csv, int *found, ry_error *error)
     }
     return RY_OK;
 }
+
+size_t ry_csv_left(const ry_csv *csv)
+{
+    size_t lines = 0;
+    for (const char *line = csv->rest; line != NULL;) {
+        const char *const end = strchr(line, '\n');
+        lines += end != line;
+        line = end != NULL ? end + 1 : NULL;
+    }
+    return lines;
+}

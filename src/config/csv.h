@@ -6,6 +6,8 @@
 #ifndef RY_CONFIG_CSV_H
 #define RY_CONFIG_CSV_H
 
+#include <stddef.h>
+
 #include "config/place.h"
 
 enum { RY_CSV_WIDEST = 64 }; /* columns */
@@ -23,5 +25,8 @@ ry_status ry_csv_open(ry_csv *csv, char *text, const char *name, ry_error *error
 
 /* The next row; *found 0: there is none. RY_BAD_INPUT: it has more or fewer cells than there are columns. */
 ry_status ry_csv_next(ry_csv *csv, int *found, ry_error *error);
+
+/* Lines with something in them that follow the current one: no fewer than rows. */
+size_t ry_csv_left(const ry_csv *csv);
 
 #endif

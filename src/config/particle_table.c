@@ -133,13 +133,13 @@ static ry_status read_rows(table *t, ry_config *config, size_t *capacity, ry_par
 {
     int found = 1;
     const int before = config->n_particles;
+    const size_t n = (size_t)before;
+    RY_TRY(ry_array_grow(&config->particles, capacity, n, n + ry_csv_left(&t->csv), sizeof like, t->error));
     while (found) {
         RY_TRY(ry_csv_next(&t->csv, &found, t->error));
         if (!found) {
             break;
         }
-        const size_t n = (size_t)config->n_particles;
-        RY_TRY(ry_array_grow(&config->particles, capacity, n, n + 1, sizeof like, t->error));
         ry_particle *const grain = &config->particles[config->n_particles++];
         *grain = like;
         grain->line = t->csv.place.line;
