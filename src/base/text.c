@@ -115,17 +115,36 @@ int ry_text_stem(const char *path)
     return (int)(length > 3 && strcmp(path + length - 3, ".h5") == 0 ? length - 3 : length);
 }
 
-char *ry_text_print(const char *format, ...)
+__attribute__((format(printf, 1, 0))) static char *print(const char *format, va_list arguments)
 {
-    va_list arguments, again;
-    va_start(arguments, format);
+    va_list again;
     va_copy(again, arguments);
     const int length = vsnprintf(NULL, 0, format, arguments);
-    va_end(arguments);
     char *const text = length >= 0 ? malloc((size_t)length + 1) : NULL;
     if (text != NULL) {
         vsnprintf(text, (size_t)length + 1, format, again);
     }
     va_end(again);
     return text;
+}
+
+char *ry_text_print(const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    char *const text = print(format, arguments);
+    va_end(arguments);
+    return text;
+}
+
+void ry_text_say(void (*write)(void *data, const char *text), void *data, const char *format, ...)
+{
+    va_list arguments;
+    va_start(arguments, format);
+    char *const text = write != NULL ? print(format, arguments) : NULL;
+    va_end(arguments);
+    if (text != NULL) {
+        write(data, text);
+    }
+    free(text);
 }

@@ -23,4 +23,8 @@ int ry_text_stem(const char *path);
 /* printf into a string of its own, which the caller frees; NULL without memory. */
 char *ry_text_print(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
+/* printf to `write`, of a length without limit; NULL: nobody listens. */
+void ry_text_say(void (*write)(void *data, const char *text), void *data, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
 #endif

@@ -4,7 +4,6 @@
  * `ryusa info`: what a result file holds. Works on a finished file, on the .part of a run that goes
  * on or was killed, and on one that holds only some of the fields; what isn't there isn't told. */
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -22,15 +21,7 @@ typedef struct page {
     hid_t file;
 } page;
 
-__attribute__((format(printf, 2, 3))) static void say(const page *to, const char *format, ...)
-{
-    char text[1000];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    to->write(to->data, text);
-}
+#define say(to, ...) ry_text_say((to)->write, (to)->data, __VA_ARGS__)
 
 /* --- what is read --- */
 
@@ -326,10 +317,11 @@ static void tell_profile(const page *to)
 
 static herr_t tell_stage(hid_t group, const char *name, const H5A_info_t *info, void *data)
 {
+    const page *const to = data;
     (void)info;
     double seconds = 0.0;
     if (ry_h5_get_number(group, ".", name, &seconds) == 0) {
-        say(data, "    %-20s %10.4g s\n", name, seconds);
+        say(to, "    %-20s %10.4g s\n", name, seconds);
     }
     return 0;
 }

@@ -4,11 +4,11 @@
  * `ryusa info` of what ry_table_file writes: the cases of a sweep in words, of the other commands' files
  * each array with its range. What isn't there isn't told. */
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "base/text.h"
 #include "io/result_private.h"
 
 enum { MOST_FAILURES = 10, MOST_POINTS = 40, MOST_WORDS = 20 };
@@ -19,15 +19,7 @@ typedef struct page {
     hid_t file;
 } page;
 
-__attribute__((format(printf, 2, 3))) static void say(const page *to, const char *format, ...)
-{
-    char text[1200];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    to->write(to->data, text);
-}
+#define say(to, ...) ry_text_say((to)->write, (to)->data, __VA_ARGS__)
 
 /* --- what is read --- */
 

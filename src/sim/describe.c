@@ -3,12 +3,12 @@
  *
  * `ryusa show`: a scene in words and numbers, before it is run. */
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "base/clock.h"
+#include "base/text.h"
 #include "config/laws.h"
 #include "config/resolve.h"
 #include "io/result.h"
@@ -22,15 +22,7 @@ typedef struct ry_writer {
     void *data;
 } ry_writer;
 
-__attribute__((format(printf, 2, 3))) static void say(const ry_writer *w, const char *format, ...)
-{
-    char text[1200];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    w->write(w->data, text);
-}
+#define say(to, ...) ry_text_say((to)->write, (to)->data, __VA_ARGS__)
 
 static void say_parameters(const ry_writer *w, const ry_config *config)
 {

@@ -26,16 +26,6 @@ const char *ry_bench_text(int index)
     return benches[index].text;
 }
 
-void ry_bench_say(const ry_bench_run *run, const char *format, ...)
-{
-    char text[2000];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    run->options->write(run->options->data, text);
-}
-
 void ry_bench_progress(ry_bench_run *run)
 {
 #pragma omp critical

@@ -7,6 +7,7 @@
 
 #include <math.h>
 
+#include "base/text.h"
 #include "config/laws.h"
 #include "io/table_file.h"
 #include "study/bench.h"
@@ -18,8 +19,7 @@ typedef struct ry_bench_run {
     int done, n; /* pieces of work */
 } ry_bench_run;
 
-__attribute__((format(printf, 2, 3))) void ry_bench_say(const ry_bench_run *run, const char *format,
-                                                        ...);
+#define ry_bench_say(run, ...) ry_text_say((run)->options->write, (run)->options->data, __VA_ARGS__)
 
 /* One more piece is done; from any thread. */
 void ry_bench_progress(ry_bench_run *run);

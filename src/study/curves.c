@@ -29,15 +29,7 @@ typedef struct curves {
     FILE *csv;
 } curves;
 
-__attribute__((format(printf, 2, 3))) static void say(const curves *c, const char *format, ...)
-{
-    char text[1000];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    c->options->write(c->options->data, text);
-}
+#define say(to, ...) ry_text_say((to)->options->write, (to)->options->data, __VA_ARGS__)
 
 /* Text and then blanks up to `width` characters; bytes 10xxxxxx go on with a character. */
 static void say_padded(const curves *c, const char *text, int width)

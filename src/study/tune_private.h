@@ -9,6 +9,7 @@
 #include "analysis/replicas.h"
 #include "analysis/response.h"
 #include "analysis/target.h"
+#include "base/text.h"
 #include "study/tune.h"
 
 enum {
@@ -230,7 +231,7 @@ ry_status ry_tune_write_scene(const ry_tune_run *run, ry_error *error);
 void ry_tune_report(const ry_tune_run *run);
 void ry_tune_report_joint(const ry_tune_run *run);
 /* The lines of a report, shared by both. */
-void ry_tune_say(const ry_tune_run *run, const char *format, ...) __attribute__((format(printf, 2, 3)));
+#define ry_tune_say(run, ...) ry_text_say((run)->wish->write, (run)->wish->data, __VA_ARGS__)
 void ry_tune_report_head(const ry_tune_run *run);
 void ry_tune_report_flux(const ry_tune_run *run, const ry_tune_flux *flux, const char *name);
 void ry_tune_report_theta(const ry_tune_run *run);

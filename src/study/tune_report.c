@@ -3,7 +3,6 @@
  *
  * The report of a tuning, within 100 columns. */
 #include <math.h>
-#include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -13,18 +12,6 @@
 static const double pi = 3.14159265358979323846;
 
 #define say ry_tune_say
-
-void ry_tune_say(const ry_tune_run *run, const char *format, ...)
-{
-    char text[1000];
-    va_list list;
-    va_start(list, format);
-    vsnprintf(text, sizeof text, format, list);
-    va_end(list);
-    if (run->wish->write != NULL) {
-        run->wish->write(run->wish->data, text);
-    }
-}
 
 /* Why something was not run, without the file and line in front. */
 static const char *reason(const ry_tune_run *run, const char *why)

@@ -44,16 +44,6 @@ const char *ry_verify_case_text(int index)
 
 /* --- text ------------------------------------------------------------------------------------- */
 
-void ry_verify_say(const ry_verify_run *run, const char *format, ...)
-{
-    char text[2000];
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(text, sizeof text, format, arguments);
-    va_end(arguments);
-    run->options->write(run->options->data, text);
-}
-
 /* Words from `text` as lines that begin after `indent` columns. */
 static void say_wrapped(const ry_verify_run *run, int indent, const char *text)
 {

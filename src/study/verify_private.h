@@ -7,6 +7,7 @@
 
 #include <math.h>
 
+#include "base/text.h"
 #include "io/table_file.h"
 #include "study/verify.h"
 
@@ -46,8 +47,7 @@ typedef struct ry_verify_run {
     ry_verify_summary summary;
 } ry_verify_run;
 
-__attribute__((format(printf, 2, 3))) void ry_verify_say(const ry_verify_run *run,
-                                                         const char *format, ...);
+#define ry_verify_say(run, ...) ry_text_say((run)->options->write, (run)->options->data, __VA_ARGS__)
 
 /* One statement and its verdict: "ok" if value is within `tolerance` of `reference` (where there is
  * none, NAN: within low .. high), "differs" if not, but it lies in low .. high, where `why` tells
