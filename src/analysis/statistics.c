@@ -35,10 +35,11 @@ enum {
  * covered with a slow one. */
 #define SELECTION 12.0
 
-/* Room for one series of block means and its transform; `capacity` is the padded length. */
+/* The `count` block means of a series, and room for their transform; `capacity` is the padded length. */
 typedef struct workspace {
-    int capacity;
-    double *value;
+    int count, capacity;
+    int64_t size; /* samples in a block */
+    double *block, *value;
     fftw_complex *spectrum;
     fftw_plan forward, backward;
 } workspace;
@@ -60,6 +61,7 @@ static void workspace_clear(workspace *w)
         fftw_destroy_plan(w->backward);
     }
     ry_planner_leave();
+    fftw_free(w->block);
     fftw_free(w->value);
     fftw_free(w->spectrum);
     *w = (workspace){0};
@@ -73,25 +75,6 @@ static int padded_length(int n)
         length *= 2;
     }
     return length;
-}
-
-static ry_status workspace_init(workspace *w, int n, ry_error *error)
-{
-    *w = (workspace){.capacity = padded_length(n)};
-    const size_t length = (size_t)w->capacity;
-    w->value = fftw_malloc(length * sizeof *w->value);
-    w->spectrum = fftw_malloc((length / 2 + 1) * sizeof *w->spectrum);
-    if (w->value && w->spectrum) {
-        ry_planner_take();
-        w->forward = fftw_plan_dft_r2c_1d(w->capacity, w->value, w->spectrum, FFTW_ESTIMATE);
-        w->backward = fftw_plan_dft_c2r_1d(w->capacity, w->spectrum, w->value, FFTW_ESTIMATE);
-        ry_planner_leave();
-    }
-    if (!w->forward || !w->backward) {
-        workspace_clear(w);
-        return ry_fail(error, RY_BAD_FILE, "no memory for the statistics of %d samples", n);
-    }
-    return RY_OK;
 }
 
 /* Mean, taken from the first value on, so that a constant series has its own value as the mean. */
@@ -191,19 +174,31 @@ static estimate estimate_blocks(workspace *w, const double *block, int n)
     return e;
 }
 
-/* Writes the means of n/size blocks to `block`; what is left over at the front is not used. */
-static void reduce(const double *x, int64_t n, int64_t size, double *block)
+/* At most so many blocks of the series; what is left over at the front is not used. */
+static ry_status workspace_init(workspace *w, const double *x, int64_t n, int64_t most, ry_error *error)
 {
-    const int64_t count = n / size;
-    const double *from = x + (n - count * size);
-    for (int64_t b = 0; b < count; ++b) {
-        block[b] = mean_of(from + b * size, size);
+    const int64_t size = (n + most - 1) / most;
+    const int count = (int)(n / size);
+    *w = (workspace){.count = count, .size = size, .capacity = padded_length(count)};
+    const size_t length = (size_t)w->capacity;
+    w->block = fftw_malloc((size_t)count * sizeof *w->block);
+    w->value = fftw_malloc(length * sizeof *w->value);
+    w->spectrum = fftw_malloc((length / 2 + 1) * sizeof *w->spectrum);
+    if (w->block && w->value && w->spectrum) {
+        ry_planner_take();
+        w->forward = fftw_plan_dft_r2c_1d(w->capacity, w->value, w->spectrum, FFTW_ESTIMATE);
+        w->backward = fftw_plan_dft_c2r_1d(w->capacity, w->spectrum, w->value, FFTW_ESTIMATE);
+        ry_planner_leave();
     }
-}
-
-static int64_t block_size(int64_t n, int64_t most)
-{
-    return (n + most - 1) / most;
+    if (!w->forward || !w->backward) {
+        workspace_clear(w);
+        return ry_fail(error, RY_BAD_FILE, "no memory for the statistics of %lld samples", (long long)n);
+    }
+    const double *const from = x + (n - count * size);
+    for (int b = 0; b < count; ++b) {
+        w->block[b] = mean_of(from + b * size, size);
+    }
+    return RY_OK;
 }
 
 static ry_status check(const double *x, int64_t n, ry_error *error)
@@ -245,18 +240,10 @@ static ry_status series_mean(const double *x, int64_t n, ry_series_statistics *o
     if (is_degenerate(x, n, out)) {
         return RY_OK;
     }
-    const int64_t size = block_size(n, BLOCKS_ESTIMATE);
-    const int count = (int)(n / size);
     workspace w;
-    RY_TRY(workspace_init(&w, count, error));
-    double *block = fftw_malloc((size_t)count * sizeof *block);
-    if (!block) {
-        workspace_clear(&w);
-        return ry_fail(error, RY_BAD_FILE, "no memory for the statistics of a series");
-    }
-    reduce(x, n, size, block);
-    const estimate e = estimate_blocks(&w, block, count);
-    fftw_free(block);
+    RY_TRY(workspace_init(&w, x, n, BLOCKS_ESTIMATE, error));
+    const int count = w.count;
+    const estimate e = estimate_blocks(&w, w.block, count);
     workspace_clear(&w);
 
     out->mean = mean_of(x, n);
@@ -290,8 +277,9 @@ static double effective_blocks(workspace *w, const double *block, int n)
 /* The first of n blocks to keep. Candidates lie densest at the front, where transients end.
  * Tried: the first candidate within 5 % of the best. Keeps more of a stationary series, but leaves
  * so much of a transient that the error no longer covers the true mean. */
-static int find_cut(workspace *w, const double *block, int n)
+static int find_cut(workspace *w)
 {
+    const int n = w->count;
     int best = 0;
     int last = -1;
     double most = -1.0;
@@ -302,7 +290,7 @@ static int find_cut(workspace *w, const double *block, int n)
             continue;
         }
         last = cut;
-        const double effective = effective_blocks(w, block + cut, n - cut);
+        const double effective = effective_blocks(w, w->block + cut, n - cut);
         if (effective > most) {
             most = effective;
             best = cut;
@@ -331,19 +319,10 @@ ry_status ry_series_equilibrated(const double *x, int64_t n, ry_series_statistic
     RY_TRY(check(x, n, error));
     int64_t first = 0;
     if (n >= 2 * FEWEST && !is_constant(x, n)) {
-        const int64_t size = block_size(n, BLOCKS_SEARCH);
-        const int count = (int)(n / size);
         workspace w;
-        RY_TRY(workspace_init(&w, count, error));
-        double *block = fftw_malloc((size_t)count * sizeof *block);
-        if (!block) {
-            workspace_clear(&w);
-            return ry_fail(error, RY_BAD_FILE, "no memory for the statistics of a series");
-        }
-        reduce(x, n, size, block);
-        const int cut = find_cut(&w, block, count);
-        first = cut > 0 ? n - (int64_t)(count - cut) * size : 0;
-        fftw_free(block);
+        RY_TRY(workspace_init(&w, x, n, BLOCKS_SEARCH, error));
+        const int cut = find_cut(&w);
+        first = cut > 0 ? n - (w.count - cut) * w.size : 0;
         workspace_clear(&w);
     }
     RY_TRY(series_mean(first > 0 ? x + first : x, n - first, out, error));
