@@ -293,11 +293,11 @@ static void test_come_down(void **state)
     double *x = series(n), with = 0.0, without = 0.0;
     for (uint32_t seed = 7000; seed < 7100; seed++) {
         ar1(x, n, 0.99, seed);
-        assert_within((double)ry_series_come_down(x, n), 0, 1000, "nothing to come down from", seed);
+        assert_within((double)ry_series_under_way(x, n), 0, 1000, "nothing to come down from", seed);
         for (int64_t i = 0; i < n; i++) {
             x[i] = 7.0 + x[i] + 30.0 * exp(-(double)i / 30.0);
         }
-        const int64_t first = ry_series_come_down(x, n);
+        const int64_t first = ry_series_under_way(x, n);
         assert_within((double)first, 60, 1000, "come down", seed); /* 30 exp(-t/30) equals the noise at 100 */
         without += (equilibrated(x, n).mean - 7.0) / 100;
         with += (equilibrated(x + first, n - first).mean - 7.0) / 100;
@@ -305,10 +305,36 @@ static void test_come_down(void **state)
     print_message("behind a push: off by %.3f, %.3f without the way down (+- 0.02)\n", without, with);
     assert_true(fabs(with) < 0.06 && without > 0.06);
     double rest[20] = {0.0};
-    assert_int_equal(ry_series_come_down(rest, 20), 0);
-    assert_int_equal(ry_series_come_down(rest, 0), 0);
+    assert_int_equal(ry_series_under_way(rest, 20), 0);
+    assert_int_equal(ry_series_under_way(rest, 0), 0);
     rest[0] = 1.0;
-    assert_int_equal(ry_series_come_down(rest, 20), 1);
+    assert_int_equal(ry_series_under_way(rest, 20), 1);
+    free(x);
+}
+
+/* A flux that begins at rest and goes too far at first, as at a high stress without a push. */
+static void test_go_up(void **state)
+{
+    (void)state;
+    const int64_t n = 4000;
+    double *x = series(n), with = 0.0, without = 0.0;
+    for (uint32_t seed = 7100; seed < 7200; seed++) {
+        ar1(x, n, 0.99, seed);
+        for (int64_t i = 0; i < n; i++) {
+            const double t = (double)i;
+            x[i] = (40.0 + x[i]) * (1.0 - exp(-t / 20.0)) + 30.0 * (exp(-t / 150.0) - exp(-t / 20.0));
+        }
+        const int64_t first = ry_series_under_way(x, n);
+        assert_within((double)first, 60, 1500, "under way", seed);
+        without += (equilibrated(x, n).mean - 40.0) / 100;
+        with += (equilibrated(x + first, n - first).mean - 40.0) / 100;
+    }
+    print_message("from rest: off by %.3f, %.3f with the beginning (+- 0.02)\n", with, without);
+    assert_true(fabs(with) < 0.06);
+    for (int64_t i = 0; i < n; i++) { /* bursts, the first of them late */
+        x[i] = i % 1000 > 900 ? 1.0 : 0.0;
+    }
+    assert_int_equal(ry_series_under_way(x, n), 0);
     free(x);
 }
 
@@ -411,6 +437,7 @@ int main(void)
         cmocka_unit_test(test_coverage),        cmocka_unit_test(test_two_scales),
         cmocka_unit_test(test_oscillating),     cmocka_unit_test(test_transient),
         cmocka_unit_test(test_come_down),
+        cmocka_unit_test(test_go_up),
         cmocka_unit_test(test_cut_is_bounded),  cmocka_unit_test(test_scale_and_shift),
         cmocka_unit_test(test_long_series),     cmocka_unit_test(test_threads),
     };

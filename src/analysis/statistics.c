@@ -299,15 +299,22 @@ static int find_cut(workspace *w)
     return best;
 }
 
-int64_t ry_series_come_down(const double *x, int64_t n)
+int64_t ry_series_under_way(const double *x, int64_t n)
 {
     const int64_t middle = n / 2;
-    double sum = 0.0;
-    int64_t first = 0;
+    double sum = 0.0, least = INFINITY;
     for (int64_t k = middle; k < n; k++) {
         sum += x[k];
+        least = fmin(least, x[k]);
     }
-    while (first < middle && x[first] * (double)(n - middle) > sum) {
+    const double mean = n > 0 ? sum / (double)(n - middle) : 0.0;
+    int64_t first = 0;
+    if (n > 0 && x[0] < 0.5 * mean && least > 0.5 * mean) {
+        while (first < middle && x[first] < mean) {
+            first++;
+        }
+    }
+    while (first < middle && x[first] > mean) {
         first++;
     }
     return first;

@@ -408,6 +408,9 @@ ry_status ry_plan_create(ry_plan *plan, const ry_config *config, ry_state *state
     if (plan->has_sleep) {
         RY_TRY(start_sleep(plan, config, state, error));
     }
+    if (plan->has_fluid && state->step == 0) { /* for who looks at the column before the first advance */
+        ry_flow_look(&plan->flow, state, &plan->motion, ry_plan_sets(plan));
+    }
     ry_plan_lay_table(plan, config);
     return RY_OK;
 }

@@ -66,13 +66,13 @@ static int64_t count_sound(const ry_runner *r, const double *series, int64_t n)
     return n;
 }
 
-/* Behind the push of a start from motion the flow is faster than it will be. */
-static int64_t first_behind_push(const ry_runner *r, const double *series, int64_t first, int64_t n)
+/* Behind the push of a start from motion the flow is faster than it will be, without one it is at rest; a run that ended
+ * within the push has neither. */
+static int64_t first_under_way(const ry_runner *r, const double *series, int64_t first, int64_t n)
 {
-    const ry_flow *const flow = &r->sim->plan.flow;
-    const int pushed = r->sim->plan.has_fluid && flow->tau_start > flow->tau &&
-                       first * r->sim->plan.derived.steps_series >= flow->step_boost;
-    return pushed ? first + ry_series_come_down(series + first, n - first) : first;
+    const ry_plan *const plan = &r->sim->plan;
+    const int flows = plan->has_fluid && first * plan->derived.steps_series >= end_of_start(plan);
+    return flows ? first + ry_series_under_way(series + first, n - first) : first;
 }
 
 static ry_status flux_statistics(ry_runner *r, ry_series_statistics *out, ry_error *error)
@@ -80,7 +80,7 @@ static ry_status flux_statistics(ry_runner *r, ry_series_statistics *out, ry_err
     int64_t n = 0;
     const double *const series = ry_result_flux_series(r->file, &n);
     n = count_sound(r, series, n);
-    const int64_t cut = first_behind_push(r, series, first_honest_sample(r, n), n);
+    const int64_t cut = first_under_way(r, series, first_honest_sample(r, n), n);
     *out = (ry_series_statistics){0};
     if (n - cut < 2) { /* the first is that of the start */
         return RY_OK;

@@ -423,7 +423,7 @@ RY_CLONES static void make_bonds(const ry_contact *c, const ry_pairs *pairs)
         const double around = im[j[p]] == 0.0 ? ry_bond_around(ri, rj, most) : ry_bond_around(rj, ri, most);
         const int one_fixed = (im[i[p]] == 0.0) | (im[j[p]] == 0.0);
         ry_law_coef pair = coef;
-        pair.bounded = one_fixed & (coef.bounded > 0.0) ? around : coef.bounded;
+        pair.bounded = (one_fixed & (coef.bounded > 0.0)) ? around : coef.bounded;
         const ry_bond bond = ry_bond_make(&pair, im[i[p]] + im[j[p]], tm[i[p]] + tm[j[p]]);
 #define BOND_PUT(name) to_##name[p] = bond.name;
         RY_BOND_FIELDS(BOND_PUT)

@@ -455,6 +455,14 @@ static void push_exposed(ry_flow *f, ry_grains *g, const int32_t *place, int per
 
 /* ---- advance --------------------------------------------------------------------------------- */
 
+void ry_flow_look(ry_flow *f, ry_state *state, ry_motion *m, const ry_sets *sets)
+{
+    ry_resting_update(f, &state->grains, sets);
+    sum_grains(f, state, m, sets);
+    average_phi(f, &state->column, state->step);
+    f->level_is_old = 1;
+}
+
 void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const ry_sets *sets)
 {
     ry_column *const c = &state->column;
@@ -462,13 +470,10 @@ void ry_flow_advance(ry_flow *f, ry_state *state, ry_motion *m, const ry_sets *s
     if (f->walks) {
         ry_eddies_renew(f, &state->grains, state->step);
     }
-    ry_resting_update(f, &state->grains, sets);
-    sum_grains(f, state, m, sets);
+    ry_flow_look(f, state, m, sets);
     if (f->model == RY_FLOW_BALANCE) {
         memset(state->grains.push, 0, (size_t)state->grains.n * sizeof *state->grains.push);
     }
-    average_phi(f, c, state->step);
-    f->level_is_old = 1;
     if (state->step >= f->step_start) {
         if (f->model == RY_FLOW_BALANCE) {
             ry_column_balance(f, c, tau);

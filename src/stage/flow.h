@@ -111,6 +111,8 @@ void ry_flow_sample(const ry_flow *flow, const ry_grains *grains, const ry_motio
 /* The same for those that sleep, the grains from motion->n_awake on; and flow->resting.force and slope. */
 void ry_flow_sample_asleep(const ry_flow *flow, const ry_grains *grains, const ry_motion *motion);
 
+/* The grains' part of an advance: phi, and what else the column wants to know of them. */
+void ry_flow_look(ry_flow *flow, ry_state *state, ry_motion *motion, const ry_sets *sets);
 void ry_flow_advance(ry_flow *flow, ry_state *state, ry_motion *motion, const ry_sets *sets);
 
 /* Height at which the solid fraction, averaged over a diameter, falls to half of its largest [m]. work: nz numbers. */

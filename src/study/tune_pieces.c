@@ -152,8 +152,8 @@ static ry_status sample_flux(ry_tune_piece *piece, ry_sim *sim, double *series, 
             return RY_STOPPED;
         }
         if ((double)n * spacing >= look || n == all) {
-            const int64_t down = ry_series_come_down(series, n); /* from the push of its start */
-            RY_TRY(ry_series_equilibrated(series + down, n - down, &s, error));
+            const int64_t first = ry_series_under_way(series, n);
+            RY_TRY(ry_series_equilibrated(series + first, n - first, &s, error));
             look *= LOOK_FACTOR;
             if (is_enough(piece, &s)) {
                 break;
