@@ -24,10 +24,10 @@ typedef struct ry_series_statistics {
 } ry_series_statistics;
 
 /* How many samples of a flux, at most half of them, come before it is under way. One that begins above the mean of its
- * second half, as behind the push of a start from motion, has come down to it; one that begins at rest has gone up to it,
- * and come down again from what is more (only if it never falls below half of that mean later: what moves now and
- * then begins at rest each time). The cut below does not see such a beginning where it is short beside the time in which the
- * series changes. */
+ * second half, as behind the push of a start from motion, has come down to it; one that begins at rest has gone up to
+ * it, and come down again from what is more (only if it never falls below half of that mean later: what moves now and
+ * then begins at rest each time). The cut below does not see such a beginning where it is short beside the time in
+ * which the series changes. */
 int64_t ry_series_under_way(const double *x, int64_t n);
 
 /* Mean and standard error of x[0..n-1] without a cut. */

@@ -30,6 +30,7 @@ typedef struct ry_runner {
     ry_run_result *result;
     int64_t first, last; /* step at the start of this call, step to end at */
     double started, shown, flushed, saved; /* wall clock [s] */
+    char doubt[150]; /* what is to be said of the last summary's q*; "": nothing */
     int stop_asked;
 } ry_runner;
 
@@ -66,8 +67,8 @@ static int64_t count_sound(const ry_runner *r, const double *series, int64_t n)
     return n;
 }
 
-/* Behind the push of a start from motion the flow is faster than it will be, without one it is at rest; a run that ended
- * within the push has neither. */
+/* Behind the push of a start from motion the flow is faster than it will be, without one it begins at
+ * rest; a run that ended within the push has neither. */
 static int64_t first_under_way(const ry_runner *r, const double *series, int64_t first, int64_t n)
 {
     const ry_plan *const plan = &r->sim->plan;
@@ -112,6 +113,32 @@ static ry_cost cost_of(const ry_runner *r)
     return cost;
 }
 
+/* A flow of fewer times sqrt(d/g) has not shown how slowly a bed changes. */
+#define FEW_TIMES 100.0
+
+static void doubt(ry_runner *r, const ry_series_statistics *flux, int early)
+{
+    const ry_plan *const plan = &r->sim->plan;
+    const double dt = r->sim->config.time_step, seconds = (double)(flux->samples * plan->derived.steps_series) * dt;
+    const double times = seconds * sqrt(plan->derived.buoyant_gravity / plan->derived.d);
+    r->doubt[0] = '\0';
+    if (!plan->has_fluid || flux->samples == 0) {
+        return;
+    }
+    if (early) {
+        snprintf(r->doubt, sizeof r->doubt,
+                 "q* is of the start from motion, at a higher stress (fluid.start), which ends at t = %.4g s",
+                 (double)end_of_start(plan) * dt);
+    } else if (flux->effective_samples < RY_SERIES_ENOUGH) {
+        snprintf(r->doubt, sizeof r->doubt,
+                 "q* is as good as %.2g independent samples; with fewer than %g its error is itself uncertain",
+                 flux->effective_samples, RY_SERIES_ENOUGH);
+    } else if (times < FEW_TIMES && flux->mean > 0.0) {
+        snprintf(r->doubt, sizeof r->doubt, "q* is of %.2g s; beds change more slowly, which its error does not know",
+                 seconds);
+    }
+}
+
 /* It goes into the file with the next flush. */
 static ry_status take_summary(ry_runner *r, ry_error *error)
 {
@@ -121,11 +148,7 @@ static ry_status take_summary(ry_runner *r, ry_error *error)
     RY_TRY(flux_statistics(r, &flux, error));
     const double equilibration = (double)flux.first * q->steps_series * dt;
     const int early = flux.samples > 0 && flux.first * q->steps_series < end_of_start(&r->sim->plan);
-    if (early && r->sim->plan.has_fluid) {
-        snprintf(r->result->note, sizeof r->result->note,
-                 "q* is of the start from motion, at a higher stress (fluid.start), which ends at t = %.4g s",
-                 (double)end_of_start(&r->sim->plan) * dt);
-    }
+    doubt(r, &flux, early);
     const int known = flux.samples > 0;
     ry_summary summary = {.q_star_mean = known ? flux.mean : NAN,
                           .q_star_standard_error = known ? flux.standard_error : NAN,
@@ -452,6 +475,9 @@ static ry_status run(ry_runner *r, const ry_config *config, ry_error *error)
         r->file = NULL;
         RY_TRY(ry_result_finish(file, &r->sim->state, error));
     }
+    char *const note = r->result->note;
+    const size_t used = strlen(note);
+    snprintf(note + used, sizeof r->result->note - used, "%s%s", used > 0 && r->doubt[0] != '\0' ? "; " : "", r->doubt);
     return RY_OK;
 }
 
