@@ -56,16 +56,27 @@ static void say_contact(const ry_writer *w, const ry_config *config, const ry_de
     const ry_bond pair = ry_bond_make(&law, 2.0 * im, 7.0 * im), wall = ry_bond_make(&law, im, 3.5 * im);
     const double weight = q->mass * im * q->buoyant_gravity * dt * dt; /* what the spring holds, as a stretch */
     say(w, "\nCONTACT of two mean grains, d = %.6g m, m = %.6g kg\n", q->d, q->mass);
-    say(w, "  stiffness k              %.8g N/m\n", q->stiffness);
-    say(w, "  damping eta              %.8g N s/m\n", q->damping);
+    const ry_law_kind kind = ry_laws[config->contact_law];
+    const int dashpot = kind.ratio || kind.parts, asked = !isnan(q->zeta_impact); /* for a restitution */
+    const double c = law.zeta2 > 0.0 ? law.zeta2 * sqrt(q->step_ratio) : law.eta_dt * 2.0 * im;
+    const char *const hertz = kind.hertz ? " (of a Hertz spring: at an overlap of d)" : "";
+    say(w, "  stiffness k              %.8g N/m%s\n", q->stiffness, hertz);
+    dashpot ? say(w, "  damping eta              %.8g N s/m%s\n", c / (2.0 * im * dt), hertz)
+            : say(w, "  damping eta              none: law %s has no dashpot\n", kind.word);
     say(w, "  tangential stiffness k_t %.8g N/m\n", q->stiffness_t);
     say(w, "  a = k dt^2/m_r           %.8g", q->step_ratio);
     say(w, law.bounded > 0.0 ? " (bounded by the law to %.8g)\n" : "\n", pair.a);
-    say(w, "  eta dt/m_r               %.8g", law.zeta2 > 0.0 ? law.zeta2 * sqrt(q->step_ratio) : law.eta_dt * 2.0 * im);
-    say(w, law.bounded > 0.0 ? " (bounded by the law to %.8g)\n" : "\n", pair.c);
-    say(w, "  damping ratio zeta       %.8g (alpha_cn beta on the reduced mass)\n", q->zeta_pair);
-    say(w, "  restitution e            %.8g between two grains, %.8g at a wall or fixed grain\n",
-        q->restitution, q->restitution_wall);
+    if (dashpot) {
+        say(w, "  eta dt/m_r               %.8g", c);
+        say(w, law.bounded > 0.0 ? " (bounded by the law to %.8g)\n" : "\n", pair.c);
+        say(w, "  damping ratio zeta       %.8g (%s)\n", asked ? q->zeta_impact : q->zeta_pair,
+            asked && q->zeta_impact != q->zeta_pair ? "by contact.mapping from the restitution asked for"
+                                                    : "alpha_cn beta on the reduced mass");
+    }
+    say(w, "  restitution e            %.8g between two grains, %.8g at a wall or fixed grain", q->restitution,
+        q->restitution_wall);
+    const double e = config->contact_restitution;
+    say(w, !isnan(e) && fabs(e - q->restitution) > 1e-9 ? "; %.8g was asked for\n" : "\n", e);
     say(w, "  static overlap           %.4g d on the floor, under the grain's own weight\n",
         pow(weight / wall.a, law.hertz > 0.0 ? 2.0 / 3.0 : 1.0) / q->d);
 }

@@ -9,6 +9,7 @@
 
 #include "base/memory.h"
 #include "base/random.h"
+#include "config/laws.h"
 #include "scene/scene.h"
 #include "sim/kept.h"
 
@@ -190,7 +191,19 @@ static ry_status export_contacts(ry_sim *sim, ry_contacts *to, ry_error *error)
 
 /* ---- stepping -------------------------------------------------------------------------------- */
 
-static ry_status report(const ry_sim *sim, const char *what, int32_t k, ry_error *error)
+/* By alpha_m a smaller step makes contacts stiffer: there it helps nobody. */
+static const char *what_may_help(const ry_sim *sim, int too_soft)
+{
+    const ry_config *const c = &sim->config;
+    const int by_alpha_m = isnan(c->contact_stiffness), damped = ry_laws[c->contact_law].ratio;
+    if (too_soft) {
+        return "A smaller time.step or a stiffer contact";
+    }
+    return by_alpha_m ? (damped ? "A larger contact.alpha_m or less damping" : "A larger contact.alpha_m")
+                      : (damped ? "A smaller time.step or less damping" : "A smaller time.step");
+}
+
+static ry_status report(const ry_sim *sim, const char *what, const char *help, int32_t k, ry_error *error)
 {
     const ry_grains *const g = &sim->state.grains;
     char kept[64] = "the last checkpoint is kept";
@@ -199,10 +212,10 @@ static ry_status report(const ry_sim *sim, const char *what, int32_t k, ry_error
     }
     const int steps = sim->plan.has_fluid ? sim->plan.flow.advance : 1;
     return ry_fail(error, RY_UNPHYSICAL,
-                   "step %lld (t = %g s): %s: grain %d at x = %g m, z = %g m, v = (%g, %g) m/s; %s. A smaller "
-                   "time.step%s or a stiffer contact may help",
+                   "step %lld (t = %g s): %s: grain %d at x = %g m, z = %g m, v = (%g, %g) m/s; %s. "
+                   "%s%s may help",
                    (long long)sim->state.step, sim->state.time, what, (int)g->id[k], g->x[k], g->z[k],
-                   g->vx[k], g->vz[k], kept, steps > 1 ? ", a smaller fluid.advance (in a gas)" : "");
+                   g->vx[k], g->vz[k], kept, help, steps > 1 ? ", or a smaller fluid.advance (in a gas)," : "");
 }
 
 /* A fast impact at half a diameter per step, which the laws still bear, drives a grain 0.7 of its diameter
@@ -215,14 +228,14 @@ static ry_status examine(ry_sim *sim, ry_error *error)
     ry_plan *const plan = &sim->plan;
     const ry_measure_sums sums = ry_measure_grains(&sim->state, &plan->motion, ry_plan_sets(plan));
     if (!sums.finite) {
-        return report(sim, "a position or velocity is not a number", sums.fastest_grain, error);
+        return report(sim, "a position or velocity is not a number", what_may_help(sim, 0), sums.fastest_grain, error);
     }
     if (sums.fastest > 1.0) {
-        return report(sim, "a grain moves further than its diameter in a step", sums.fastest_grain, error);
+        return report(sim, "a grain moves further than its diameter in a step", what_may_help(sim, 0), sums.fastest_grain, error);
     }
     const ry_contact_depth deepest = ry_contact_deepest(&plan->contact, &sim->state.grains, &plan->pairs);
     if (deepest.overlap > DEEPEST) {
-        return report(sim, "a grain has run into another, or through a wall", deepest.i, error);
+        return report(sim, "a grain has run into another, or through a wall", what_may_help(sim, 1), deepest.i, error);
     }
     return RY_OK;
 }
