@@ -23,10 +23,11 @@
 
 typedef ry_push law_fn(const ry_bond q, const ry_touch t);
 
-#define RY_LAW(name, law, ...) {#name, ry_law_##name},
+#define RY_LAW(name, law, m, q, p, r, h, t) {#name, ry_law_##name, r, t},
 static const struct {
     const char *name;
     law_fn *law;
+    int rests, pulls; /* columns of laws.def */
 } laws[] = {
 #include "law/laws.def"
 };

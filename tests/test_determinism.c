@@ -30,6 +30,8 @@ static const golden table[] = {
      0xa95c2d6f599c8285u},
     {"settle.yaml", "grains.columns=12 grains.layers=6 contact.law=fujioka-1 contact.friction=0",
      600, 0xbb1c1bdcd16b4c0au},
+    {"settle.yaml", "grains.columns=12 grains.layers=6 contact.law=fujioka-1 contact.restitution=0.6",
+     2000, 0xa9e6d9f3e100c0a3u},
     {"settle.yaml", "grains.columns=12 grains.layers=6 contact.law=cundall contact.alpha_cn=0.1",
      600, 0xfd60784ec6de19b4u},
     {"settle.yaml",
@@ -89,7 +91,7 @@ static void test_golden(void **state)
     int changed = 0;
     for (int law = 0; law < RY_LAW_COUNT; law++) {
         if (!has_golden(law_words[law])) {
-            fail_msg("law %s has no scene in the table", law_words[law]);
+            fail_msg("law %s has no scene in the table of %s", law_words[law], __FILE__);
         }
     }
     for (int k = 0; k < SCENES; k++) {

@@ -259,7 +259,7 @@ static ry_touch random_touch(int k)
     return t;
 }
 
-/* No NaN, and no force that pulls but that of cundall_tension. */
+/* No NaN, no force that pulls and no `rest` but of laws with that column in laws.def. */
 static void test_any_input(void **state)
 {
     (void)state;
@@ -276,7 +276,10 @@ static void test_any_input(void **state)
                 fail_msg("%s, case %d: a %g c %g e %g d %g w %g: %g", laws[m].name, k, q.a, q.c,
                          q.e, t.d, t.w, sum);
             }
-            if (laws[m].law != ry_law_cundall_tension && p.f > 4e-16 * (fabs(t.w) + t.d)) {
+            if (!laws[m].rests && p.rest != 0.0 && p.rest != t.rest) {
+                fail_msg("%s, case %d: keeps rest = %g, but has no `rests` in laws.def", laws[m].name, k, p.rest);
+            }
+            if (!laws[m].pulls && p.f > 4e-16 * (fabs(t.w) + t.d)) {
                 fail_msg("%s, case %d: a %g c %g e %g d %g w %g rest %g age %g split %g: pulls %g",
                          laws[m].name, k, q.a, q.c, q.e, t.d, t.w, t.rest, t.age, t.split, p.f);
             }

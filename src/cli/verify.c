@@ -81,7 +81,7 @@ static const struct argp argp = {
     .options = options,
     .parser = parse,
     .args_doc = "[CASE...]",
-    .doc = "Runs the tests of section 5 of Fujioka and Ushijima (2005) for every contact law, and "
+    .doc = "Runs the tests of section 5 of Fujioka and Ushijima (2005) for the laws compared there and `energy`, and "
            "holds them against exact values and against what is printed there.\v",
     .help_filter = add_cases_to_help,
 };

@@ -250,6 +250,20 @@ static void trim(const char *text, char *out, size_t size)
     }
 }
 
+/* A number is named only where there is no doubt which. */
+static void say_not_bare(const char *text, const char *rest, double value, char *problem, size_t size)
+{
+    const ry_quote quote = ry_place_quote(text);
+    if (strcmp(rest, "%") == 0) {
+        (void)snprintf(problem, size, "'%s' is not a plain number; it takes no unit, write %.9g", quote.text, value / 100.0);
+    } else if (rest[0] == ',') {
+        (void)snprintf(problem, size, "'%s' is not a plain number; decimals stand behind a point, as in 0.5", quote.text);
+    } else {
+        (void)snprintf(problem, size, "'%s' is not a plain number such as 0.5 or 1e-3%s", quote.text,
+                       isalpha((unsigned char)rest[0]) ? "; it takes no unit" : "");
+    }
+}
+
 int ry_quantity_read(const char *text, const char *unit, double *value, char *problem, size_t size)
 {
     const int bare = strcmp(unit, "1") == 0;
@@ -271,8 +285,7 @@ int ry_quantity_read(const char *text, const char *unit, double *value, char *pr
     }
     *value = to_double(begin);
     if (rest[0] != '\0' && bare) {
-        (void)snprintf(problem, size, "'%s' is not a plain number; it takes no unit, write %.9g",
-                       ry_place_quote(text).text, strcmp(rest, "%") == 0 ? *value / 100.0 : *value);
+        say_not_bare(text, rest, *value, problem, size);
         return 0;
     }
     if (rest[0] != '\0' && !convert(rest, unit, value, problem, size)) {

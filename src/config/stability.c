@@ -80,9 +80,9 @@ static ry_status check_fujioka1(const ry_check *check, double a)
                                                                  : "smaller contact.stiffness or time.step");
 }
 
-/* A Hertz dashpot c d^1/4 with c = sqrt(5) zeta sqrt(a) at an overlap of the mean diameter; grains that bear others overlap
- * by 1e-4 of it at least, where it is a tenth. Beds of 20 x 10 grains with alpha_m 20, 40 and 60 came to rest with alpha_cn
- * up to 4.5, 10 and 14, and broke down with 5, 12 and 17; this refuses them, for their lightest pair, from 4.1, 8.3 and
+/* A Hertz dashpot c d^1/4 with c = sqrt(5) zeta sqrt(a) at an overlap of the mean diameter; grains that bear others
+ * overlap by 1e-4 of it at least, where it is a tenth. Beds of 20 x 10 grains with alpha_m 20, 40 and 60 came to rest
+ * with alpha_cn up to 4.5, 10 and 14, and broke down with 5, 12 and 17; this refuses them, for their lightest pair, from 4.1, 8.3 and
  * 12.4 on. */
 static ry_status check_hertz(const ry_check *check, double a)
 {

@@ -27,7 +27,7 @@ typedef struct ry_law_coef {
     double ratio_k;    /* k_t/k */
     double ratio_eta;  /* eta_t/eta */
     double bounded;    /* contacts of a grain that the law bounds stiffness and dashpot for, 0: it does not */
-    double hertz, root_hertz; /* law tanaka: 1/sqrt(L) and its root; 0: linear spring [m^-1/2, m^-1/4] */
+    double hertz, root_hertz; /* Hertz: 1/sqrt(L) and its root; 0: linear spring [m^-1/2, m^-1/4] */
     double g_dt2;      /* gravity, less buoyancy, x dt^2 [m] */
 } ry_law_coef;
 
@@ -36,12 +36,13 @@ typedef struct ry_law_coef {
  *
  * The bounds k/(1 + k dt^2 b/4) and eta/(1 + eta dt b), b = n im, keep n = q->bounded contacts of one grain
  * together below what an explicit step bears, a + 2 c < 4 of their sum: normals that point all ways count half. All n
- * tangents turn the same grain: there it is k_t/(1 + k_t dt^2 b).
+ * tangents turn the same grain: there it is k_t/(1 + k_t dt^2 n tm).
  *
  * Tangential: F = -(stretch s + drag w_t), s' = s + w_t'. Between its ends such a step changes
  * w_t^2/2 + stretch s^2/2 by a quadratic form that is never positive if
  * drag^2 - 2 drag + stretch <= 0, so at least 1 - sqrt(1 - stretch) of drag belongs to the scheme; the
- * dashpot comes on top of it, both together at most 1. */
+ * dashpot comes on top of it, both together at most 1. With a Hertz spring they stay those of k and eta at an overlap
+ * of L: at small overlaps the tangent is the stiffer. */
 RY_INLINE ry_bond ry_bond_damped(const ry_law_coef *q, double im, double tm, double zeta2)
 {
     const double quarter = 0.25 * q->bounded;
@@ -76,7 +77,7 @@ RY_INLINE ry_bond ry_bond_make(const ry_law_coef *q, double im, double tm)
 
 /* What an explicit tangential spring holds at the time of the velocities, which is half a step before that of the
  * positions: k s^2/2 - dt F.v/2, run = v dt. Together with the kinetic energy that is what such a step keeps; with
- * k s^2/2 each stretching and letting go would seem to change it. */
+ * k s^2/2 each stretching and letting go would seem to change it. Never below 0: a spring gives no more than it has. */
 RY_INLINE double ry_spring_energy(double k, double slip, double run)
 {
     return 0.5 * k * ry_max(slip * (slip - run), 0.0);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * SPDX-FileCopyrightText: 2026 the ryusa authors
  *
- * Drag of a sphere, F = rate (u - v). Each law is written as rate = pi/8 rho d^2 (C_d |u - v|) with the
- * speed multiplied into C_d, so that rest is no special case. */
+ * Drag of a sphere, F = rate (u - v), rate = pi/8 rho d^2 (C_d |u - v|). What the functions give is C_d |u - v| [m/s]:
+ * with the speed multiplied in, rest is no special case. nu_d is nu/d, the grain's own [m/s]. */
 #ifndef RY_LAW_DRAG_H
 #define RY_LAW_DRAG_H
 
@@ -28,32 +28,32 @@ RY_INLINE double ry_drag_dallavalle_power(double speed, double root_viscous, dou
     return root / (root + root_viscous);
 }
 
-/* C_d = 24/Re (1 + 0.15 Re^0.687), not below C (Schiller & Naumann 1935). d_nu = nu/d. */
-RY_INLINE double ry_drag_schiller(double speed, double d_nu, double c)
+/* C_d = 24/Re (1 + 0.15 Re^0.687), not below C (Schiller & Naumann 1935). nu_d = nu/d. */
+RY_INLINE double ry_drag_schiller(double speed, double nu_d, double c)
 {
-    const double re = speed / d_nu;
+    const double re = speed / nu_d;
     const double inertial = re > 1e-30 ? 0.15 * ry_pow(re > 1e-30 ? re : 1.0, 0.687) : 0.0;
-    const double viscous = 24.0 * d_nu * (1.0 + inertial);
+    const double viscous = 24.0 * nu_d * (1.0 + inertial);
     return viscous > c * speed ? viscous : c * speed;
 }
 
-RY_INLINE double ry_drag_schiller_power(double speed, double d_nu, double c)
+RY_INLINE double ry_drag_schiller_power(double speed, double nu_d, double c)
 {
-    const double viscous = 24.0 * d_nu, rate = ry_drag_schiller(speed, d_nu, c);
+    const double viscous = 24.0 * nu_d, rate = ry_drag_schiller(speed, nu_d, c);
     return rate > c * speed ? 0.687 * (rate - viscous) / rate : 1.0;
 }
 
 /* The drag law whose settling velocity is w = R g d^2/(18 nu + sqrt(0.75 C R g d^3)) (Ferguson & Church
  * 2004, J. Sediment. Res. 74, 933): sqrt(C_d) = (sqrt(C) + sqrt(C + 96/Re))/2. */
-RY_INLINE double ry_drag_ferguson(double speed, double d_nu, double c)
+RY_INLINE double ry_drag_ferguson(double speed, double nu_d, double c)
 {
-    const double root = 0.5 * (sqrt(c * speed) + sqrt(c * speed + 96.0 * d_nu));
+    const double root = 0.5 * (sqrt(c * speed) + sqrt(c * speed + 96.0 * nu_d));
     return root * root;
 }
 
-RY_INLINE double ry_drag_ferguson_power(double speed, double d_nu, double c)
+RY_INLINE double ry_drag_ferguson_power(double speed, double nu_d, double c)
 {
-    return sqrt(c * speed / (c * speed + 96.0 * d_nu));
+    return sqrt(c * speed / (c * speed + 96.0 * nu_d));
 }
 
 #endif

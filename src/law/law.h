@@ -9,11 +9,11 @@
  *   d      overlap, > 0: touching [m]
  *   w      approach per step, > 0: approaching [m]
  *   g      what gravity adds to w in a step; only where one partner can't move [m]
- *   a      k dt^2/m_r [1]           c   eta dt/m_r [1]
+ *   a      k dt^2/m_r [1]           c   eta dt/m_r [1]      (Hertz: with a length, tanaka.h)
  *   f      what the law adds to w; f < 0 pushes apart [m]
  *
- * Energies are per m_r/dt^2: a grain pair holds w^2/2 + a d^2/2. Letters as in Fujioka & Ushijima
- * (2005), where all lengths are divided by one more that cancels. */
+ * Energies are per m_r/dt^2: a grain pair holds w^2/2 + a d^2/2 (Hertz: 2/5 a d^(5/2)). Letters as in Fujioka &
+ * Ushijima (2005), where all lengths are divided by one more that cancels. */
 #ifndef RY_LAW_LAW_H
 #define RY_LAW_LAW_H
 
@@ -41,7 +41,8 @@ typedef struct ry_bond {
 /* State of one contact as the law sees it. */
 typedef struct ry_touch {
     double d, w, g;
-    double rest;   /* overlap at which the spring is relaxed [m]; in an impact see ry_impact_holds */
+    /* overlap at which the spring is relaxed [m]; in an impact of a law with `parts` see ry_impact_holds [m^2] */
+    double rest;
     double age;    /* steps in touch before this one; 0: the contact is new */
     double crowd;  /* contacts in this step of the partner that has fewer of the two; this one counts */
     double split;  /* 1/m_r over the true one, >= 1, of masses shared out over a grain's impacts */

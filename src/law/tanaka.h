@@ -10,8 +10,9 @@
 #include "law/law.h"
 
 /* f = -(a d^3/2 + c d^1/4 w), never pulling. Here a and c carry the length that a Hertz spring needs:
- * a = k dt^2/(m_r sqrt(L)), c = alpha sqrt(a), L the mean diameter, so that the force at d = L is that
- * of the linear spring k. */
+ * a = k dt^2/(m_r sqrt(L)), c = alpha sqrt(a), alpha = sqrt(5) zeta, L the mean diameter, so that the force at d = L
+ * is that of the linear spring k. With x = d^(5/4), w dw/dx = -(4/5)(a x + c w) is that of a linear spring and dashpot
+ * with the damping ratio zeta = alpha/sqrt(5): so is the restitution, at every speed. */
 RY_INLINE ry_push ry_law_tanaka(const ry_bond q, const ry_touch t)
 {
     ry_push p = {0};

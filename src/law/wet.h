@@ -6,7 +6,7 @@
  * The film between the grains takes part of the approach (Legendre et al. 2005, Phys. Fluids 17, 097105),
  *
  *     e/e_dry = exp(-35/St),   0 for St < 10 (Gondret et al. 2002, Phys. Fluids 14, 643),
- *     St = rho d V/(9 mu)      of a sphere on a wall.
+ *     St = rho_s d V/(9 mu)    of a sphere on a wall, rho_s its density, mu the fluid's dynamic viscosity.
  *
  * Of a pair St = m_r V/(6 pi mu r_r^2), with the reduced mass and the reduced radius r_i r_j/(r_i + r_j) of the
  * dry grains, V their speed of approach along the line of centres: the same on a wall, and what impacts of two
