@@ -82,8 +82,8 @@ static ry_status check_fujioka1(const ry_check *check, double a)
 
 /* A Hertz dashpot c d^1/4 with c = sqrt(5) zeta sqrt(a) at an overlap of the mean diameter; grains that bear others
  * overlap by 1e-4 of it at least, where it is a tenth. Beds of 20 x 10 grains with alpha_m 20, 40 and 60 came to rest
- * with alpha_cn up to 4.5, 10 and 14, and broke down with 5, 12 and 17; this refuses them, for their lightest pair, from 4.1, 8.3 and
- * 12.4 on. */
+ * with alpha_cn up to 4.5, 10 and 14, and broke down with 5, 12 and 17; this refuses them, for their lightest pair,
+ * from 4.1, 8.3 and 12.4 on. */
 static ry_status check_hertz(const ry_check *check, double a)
 {
     const double many = check->derived.is_bed ? 3.0 : 1.0;
@@ -129,15 +129,15 @@ static ry_status check_law(const ry_check *check)
     return config->contact_law == RY_LAW_FUJIOKA1 ? check_fujioka1(check, a) : RY_OK;
 }
 
-/* How far the lowest grains of the bed are pressed into each other [m], and `part`: by which factor
- * 1/k must be smaller for that to be `limit`. Law `energy` softens k to k/(1 + 1.5 a) on lasting
+/* How far the lowest grains of the bed, or one explicit grain on the floor, are pressed in [m], and `part`: by which
+ * factor 1/k must be smaller for that to be `limit`. Law `energy` softens k to k/(1 + 1.5 a) on lasting
  * contacts; the force of a Hertz spring is k L (overlap/L)^1.5. */
 static double static_overlap(const ry_check *check, double limit, double *part)
 {
     const ry_config *config = check->config;
     const ry_derived *q = &check->derived;
     const ry_law_kind law = ry_laws[config->contact_law];
-    const double weight = config->grains_layers * q->mass * q->buoyant_gravity;
+    const double weight = (config->has_grains ? config->grains_layers : 1) * q->mass * q->buoyant_gravity;
     const double linear = weight / q->stiffness, dt = config->time_step;
     if (law.hertz) {
         const double overlap = q->d * pow(linear / q->d, 2.0 / 3.0);
@@ -159,12 +159,18 @@ static ry_status check_load(const ry_check *check)
     const double d = check->derived.d, least = (1.0 - config->grains_spread) / 0.7;
     const double limit = 0.3 * d * fmin(1.0, least * least);
     double part;
-    if (!config->has_grains) {
+    if (!config->has_grains && config->domain_floor == RY_FLOOR_NONE) {
         return RY_OK;
     }
     const double overlap = static_overlap(check, limit, &part);
     if (!(overlap > limit)) {
         return RY_OK;
+    }
+    if (!config->has_grains) {
+        return ry_check_fail(check, isnan(config->contact_stiffness) ? RY_KEY_contact_alpha_m : RY_KEY_contact_stiffness,
+                             "too soft: a grain's own weight presses it %.2g diameters into the floor, the limit is %.2g; "
+                             "allowed is a stiffness of at least %.4g N/m", overlap / d, limit / d,
+                             check->derived.stiffness / fmax(part, 1e-300) * 1.001);
     }
     if (part > 0.0 && !isnan(config->contact_stiffness)) {
         return ry_check_fail(check, RY_KEY_contact_stiffness,
