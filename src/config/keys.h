@@ -52,4 +52,7 @@ int ry_keys_section(const char *section);
 /* Writes "a, b, c": the keys of a section, or (NULL) the sections of a scene file. */
 void ry_keys_list(const char *section, char *out, int size);
 
+/* Why the scene has no use for a parameter; NULL: it has one. */
+const char *ry_keys_idle(const ry_config *config, int key);
+
 #endif

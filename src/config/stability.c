@@ -167,7 +167,8 @@ static ry_status check_load(const ry_check *check)
         return RY_OK;
     }
     if (!config->has_grains) {
-        return ry_check_fail(check, isnan(config->contact_stiffness) ? RY_KEY_contact_alpha_m : RY_KEY_contact_stiffness,
+        const int key = isnan(config->contact_stiffness) ? RY_KEY_contact_alpha_m : RY_KEY_contact_stiffness;
+        return ry_check_fail(check, key,
                              "too soft: a grain's own weight presses it %.2g diameters into the floor, the limit is %.2g; "
                              "allowed is a stiffness of at least %.4g N/m", overlap / d, limit / d,
                              check->derived.stiffness / fmax(part, 1e-300) * 1.001);

@@ -30,7 +30,10 @@ typedef struct ry_profile {
 typedef struct ry_summary {
     double q_star_mean, q_star_standard_error, autocorrelation_time, equilibration_time;
     long long samples;
+    double effective_samples;         /* independent ones */
     const char *equilibration_method; /* one sentence */
+    double shields, shear_stress;     /* asked for [1, Pa] */
+    double width;                     /* of the slab that the grains fill, the mean diameter of those that move [m] */
     int stopped_early;
     int is_dry;          /* the unit of q* is that without a fluid */
     int has_profile;     /* with the mean of the profiles of the frames after `profile_from` [s] */

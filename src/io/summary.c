@@ -15,6 +15,14 @@
 #define FLUX "observables/flux"
 #define COST "cost"
 
+/* Its unit stands under its name with ".unit". */
+static int set_quantity(hid_t file, const char *name, double value, const char *unit)
+{
+    char words[60];
+    snprintf(words, sizeof words, "%s.unit", name);
+    return ry_h5_set_number(file, FLUX, name, value) == 0 ? ry_h5_set_text(file, FLUX, words, unit) : -1;
+}
+
 static int write_flux(hid_t file, const ry_summary *summary)
 {
     const char *const method = summary->equilibration_method;
@@ -22,13 +30,13 @@ static int write_flux(hid_t file, const ry_summary *summary)
                    ry_h5_set_number(file, FLUX, "q_star_mean", summary->q_star_mean) == 0 &&
                    ry_h5_set_number(file, FLUX, "q_star_standard_error",
                                     summary->q_star_standard_error) == 0 &&
-                   ry_h5_set_number(file, FLUX, "autocorrelation_time",
-                                    summary->autocorrelation_time) == 0 &&
-                   ry_h5_set_text(file, FLUX, "autocorrelation_time.unit", "s") == 0 &&
+                   set_quantity(file, "autocorrelation_time", summary->autocorrelation_time, "s") == 0 &&
                    ry_h5_set_integer(file, FLUX, "samples", summary->samples) == 0 &&
-                   ry_h5_set_number(file, FLUX, "equilibration_time",
-                                    summary->equilibration_time) == 0 &&
-                   ry_h5_set_text(file, FLUX, "equilibration_time.unit", "s") == 0 &&
+                   ry_h5_set_number(file, FLUX, "effective_samples", summary->effective_samples) == 0 &&
+                   set_quantity(file, "equilibration_time", summary->equilibration_time, "s") == 0 &&
+                   set_quantity(file, "width", summary->width, "m") == 0 &&
+                   (summary->is_dry || (ry_h5_set_number(file, FLUX, "shields", summary->shields) == 0 &&
+                                        set_quantity(file, "shear_stress", summary->shear_stress, "Pa") == 0)) &&
                    ry_h5_set_text(file, FLUX, "equilibration_method",
                                   method != NULL ? method : "") == 0 &&
                    ry_h5_set_integer(file, FLUX, "stopped_early", summary->stopped_early) == 0 &&

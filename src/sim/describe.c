@@ -9,6 +9,7 @@
 
 #include "base/clock.h"
 #include "base/text.h"
+#include "config/keys.h"
 #include "config/laws.h"
 #include "config/resolve.h"
 #include "io/result.h"
@@ -44,7 +45,9 @@ static void say_parameters(const ry_writer *w, const ry_config *config)
             say(w, "  %s\n", p.section);
             section = p.section;
         }
-        say(w, "    %-16s %-22s %s\n", p.key, value, p.text);
+        const char *const idle = ry_keys_idle(config, k);
+        say(w, "    %-16s %-22s %s%s%s\n", p.key, value, idle != NULL ? "(not used: " : "", idle != NULL ? idle : p.text,
+            idle != NULL ? ")" : "");
     }
 }
 
@@ -57,16 +60,16 @@ static void say_contact(const ry_writer *w, const ry_config *config, const ry_de
     const double weight = q->mass * im * q->buoyant_gravity * dt * dt; /* what the spring holds, as a stretch */
     say(w, "\nCONTACT of two mean grains, d = %.6g m, m = %.6g kg\n", q->d, q->mass);
     const ry_law_kind kind = ry_laws[config->contact_law];
-    const int dashpot = kind.ratio || kind.parts, asked = !isnan(q->zeta_impact); /* for a restitution */
+    const int normal = kind.ratio || kind.parts, asked = !isnan(q->zeta_impact); /* for a restitution */
     const double c = law.zeta2 > 0.0 ? law.zeta2 * sqrt(q->step_ratio) : law.eta_dt * 2.0 * im;
     const char *const hertz = kind.hertz ? " (of a Hertz spring: at an overlap of d)" : "";
     say(w, "  stiffness k              %.8g N/m%s\n", q->stiffness, hertz);
-    dashpot ? say(w, "  damping eta              %.8g N s/m%s\n", c / (2.0 * im * dt), hertz)
-            : say(w, "  damping eta              none: law %s has no dashpot\n", kind.word);
+    say(w, "  damping eta              %.8g N s/m%s\n", c / (2.0 * im * dt),
+        normal ? hertz : " (of the tangential dashpot alone)");
     say(w, "  tangential stiffness k_t %.8g N/m\n", q->stiffness_t);
     say(w, "  a = k dt^2/m_r           %.8g", q->step_ratio);
     say(w, law.bounded > 0.0 ? " (bounded by the law to %.8g)\n" : "\n", pair.a);
-    if (dashpot) {
+    if (normal) {
         say(w, "  eta dt/m_r               %.8g", c);
         say(w, law.bounded > 0.0 ? " (bounded by the law to %.8g)\n" : "\n", pair.c);
         say(w, "  damping ratio zeta       %.8g (%s)\n", asked ? q->zeta_impact : q->zeta_pair,

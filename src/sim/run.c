@@ -154,6 +154,8 @@ static ry_status take_summary(ry_runner *r, ry_error *error)
                           .q_star_standard_error = known ? flux.standard_error : NAN,
                           .autocorrelation_time = flux.autocorrelation_time * q->steps_series * dt,
                           .equilibration_time = equilibration, .samples = flux.samples,
+                          .effective_samples = known ? flux.effective_samples : 0.0,
+                          .shields = q->shields, .shear_stress = q->shear_stress, .width = q->d,
                           .equilibration_method = early ? at_the_start : under_way,
                           .stopped_early = r->result->stopped_early, .is_dry = !r->sim->plan.has_fluid};
     if (r->sim->plan.has_profile && (r->sim->config.output_fields & RY_FIELD_PROFILE)) {
