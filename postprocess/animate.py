@@ -29,6 +29,8 @@ class Film:
         rows = self.figure.subplots(2 if strip else 1, 1, gridspec_kw={"height_ratios": [height, strip]} if strip else None)
         self.bed, self.strip = (rows[0], rows[1]) if strip else (rows, None)
         picture.setup_bed_axes(self.bed, result, box)
+        if result.has("velocity"):
+            self._draw_scale()
         apart = np.diff(result.frame_times[indices]).min(initial=1.0)
         self.digits = int(np.clip(np.ceil(-np.log10(apart) - 1e-6), 2, 12)) if apart > 0.0 else 2
         self.label = self.bed.text(0.01, 0.985, "", transform=self.bed.transAxes, va="top", animated=True)
@@ -41,6 +43,16 @@ class Film:
             self.strip.set_position([bed.x0, strip.y0, bed.width, strip.height])
             self.figure.canvas.draw()
         self.background = self.figure.canvas.copy_from_bbox(self.figure.bbox)
+
+    def _draw_scale(self):
+        """What the colours mean, in the corner where the water is."""
+        inset = self.bed.inset_axes([0.66, 0.925, 0.31, 0.03])
+        bar = self.figure.colorbar(self.picture.plt.cm.ScalarMappable(self.norm, self.picture.SPEED), cax=inset,
+                                   orientation="horizontal", extend="max")
+        bar.outline.set_linewidth(0.4)
+        inset.set_xticks([0.0, float(f"{self.norm.vmax:.2g}")])
+        inset.tick_params(labelsize=6, length=1.5, pad=1)
+        inset.set_ylabel("m/s", rotation=0, fontsize=6, ha="right", va="center", labelpad=2)
 
     def _draw_strip(self):
         from flux import thin
@@ -77,11 +89,13 @@ def choose(n, most):
 
 
 def common_palette(frames):
-    """Sixty colours of some frames, and exactly those of the ground, the marker and the letters."""
+    """Sixty colours of some frames, and exactly those of the grains, the ground, the marker and the letters."""
     from PIL import Image, ImageColor
-    from picture import BLACK, ORANGE, WATER
+    from matplotlib.colors import to_hex
+    from picture import BLACK, FIXED, ORANGE, SPEED, WATER
     sample = np.concatenate([frames[k] for k in (0, len(frames) // 2, len(frames) - 1)])
-    exact = np.array([ImageColor.getrgb(color) for color in ("#FFFFFF", WATER, ORANGE, BLACK)])
+    exact = np.array([ImageColor.getrgb(color)
+                      for color in ("#FFFFFF", WATER, ORANGE, BLACK, FIXED, *map(to_hex, SPEED(np.linspace(0.0, 1.0, 24))))])
     found = Image.fromarray(sample).quantize(60, method=Image.Quantize.MEDIANCUT).getpalette()[:180]
     found = np.array(found).reshape(-1, 3)
     far = np.abs(found[:, None, :] - exact).max(axis=2).min(axis=1) > 10

@@ -1,7 +1,7 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
-"""The bed at one instant: grains to scale, coloured by speed (fixed ones grey), and the flow beside it."""
+"""The bed at one instant: grains to scale, coloured by speed where the file has velocities (fixed ones grey), and the flow beside it."""
 import numpy as np
 from ryusa_result import Result, output_path, parser, run
 
@@ -31,7 +31,7 @@ def make(result, path, index=-1):
     axes = figure.subplots(1, 2 if flow else 1, sharey=True, gridspec_kw={"width_ratios": [4.4, 1.3]} if flow else None)
     left = axes[0] if flow else axes
     picture.setup_bed_axes(left, result, box)
-    left.set_anchor("E")
+    left.set_anchor("E" if flow else "C")
     left.add_collection(picture.grain_collection(left, result, index, norm))
     bed = result.bed_level(times[index])
     if bed is not None and np.isfinite(bed) and result.has_fluid:
@@ -45,9 +45,10 @@ def make(result, path, index=-1):
         axes[1].set_box_aspect((box[3] - box[2]) / (box[1] - box[0]) * 4.4 / 1.3)
         axes[1].set_anchor("W")
         draw_flow(axes[1], result, index, picture)
-    bar = figure.colorbar(picture.plt.cm.ScalarMappable(norm, picture.SPEED), ax=axes, label="speed of the grains (m/s)",
-                          shrink=0.8, aspect=28, pad=0.02, extend="max")
-    bar.outline.set_linewidth(0.5)
+    if result.has("velocity"):
+        bar = figure.colorbar(picture.plt.cm.ScalarMappable(norm, picture.SPEED), ax=axes,
+                              label="speed of the grains (m/s)", shrink=0.8, aspect=28, pad=0.02, extend="max")
+        bar.outline.set_linewidth(0.5)
     left.set_title(f"t = {times[index]:.4g} s", loc="left")
     return picture.save(figure, path)
 

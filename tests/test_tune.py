@@ -157,7 +157,7 @@ class Tune(unittest.TestCase):
 
     def test_joint(self):
         r = self.tune("--vary", "contact.friction=0.2:0.8", "--vary", "contact.alpha_m=20:30", "--budget", "12")
-        for text in ("Joint fit of 2 constants: 9 candidates", "contact.friction", "95 %", "The data constrain",
+        for text in ("Joint fit of 2 constants: 9 candidates", "contact.friction", "95 %", "the data constrain",
                      "left-out candidates", "bed-tuned.yaml"):
             self.assertIn(text, r.stdout)
         self.assertLessEqual(max(len(line) for line in r.stdout.splitlines()), 100)

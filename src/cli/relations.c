@@ -51,7 +51,7 @@ static const struct argp_option options[] = {
      0},
     {"csv", 'c', "FILE", 0, "export the values as well; - for CSV in place of the page", 0},
     {"force", 'f', NULL, 0, "replace a FILE that is there", 0},
-    {"diameter", 'd', "LENGTH", 0, "of the grains: makes numbers of the thresholds (0.5 mm)", 0},
+    {"diameter", 'd', "LENGTH", 0, "of the grains, such as 0.5mm: makes numbers of the thresholds", 0},
     {"density", DENSITY, "DENSITY", 0, "of the grains (2650 kg/m^3)", 0},
     {"fluid-density", FLUID_DENSITY, "DENSITY", 0, "of the fluid (1000 kg/m^3)", 0},
     {"viscosity", VISCOSITY, "VISCOSITY", 0, "of the fluid, kinematic (1e-6 m^2/s)", 0},

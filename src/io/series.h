@@ -57,7 +57,7 @@
     RY_PROFILE(phi, "1", "solid fraction")                                   \
     RY_PROFILE(u_grain, "m/s", "velocity of the grains, weighted by volume") \
     RY_PROFILE(u_fluid, "m/s", "velocity of the fluid")                      \
-    RY_PROFILE(tau_fluid, "Pa", "stress of the fluid on horizontal planes")  \
+    RY_PROFILE(tau_fluid, "Pa", "stress of the fluid on horizontal planes; models log and stress: what tau_b leaves of the forces on grains above")  \
     RY_PROFILE(tau_grain, "Pa", "stress of the grains on horizontal planes")
 
 /* What q* is; `excess` is "(s-1) ", or "" without a fluid. */

@@ -80,8 +80,10 @@ static void say_contact(const ry_writer *w, const ry_config *config, const ry_de
         q->restitution_wall);
     const double e = config->contact_restitution;
     say(w, !isnan(e) && fabs(e - q->restitution) > 1e-9 ? "; %.8g was asked for\n" : "\n", e);
-    say(w, "  static overlap           %.4g d on the floor, under the grain's own weight\n",
-        pow(weight / wall.a, law.hertz > 0.0 ? 2.0 / 3.0 : 1.0) / q->d);
+    if (config->domain_floor != RY_FLOOR_NONE && weight > 0.0) {
+        say(w, "  static overlap           %.4g d on the floor, under the grain's own weight\n",
+            pow(weight / wall.a, law.hertz > 0.0 ? 2.0 / 3.0 : 1.0) / q->d);
+    }
 }
 
 /* ---- contacts in a viscous fluid ------------------------------------------------------------- */

@@ -67,6 +67,9 @@ ry_status ry_bench(const ry_bench_options *options, ry_error *error)
     RY_TRY(ry_table_file_create(&run.file, options->output, "ryusa bench", options->force, error));
     ry_table_file_set_text(run.file, "/", "bench", benches[options->bench].word);
     ry_table_file_set_number(run.file, "/", "quick", options->quick);
+    if (options->quick) {
+        ry_bench_say(&run, "--quick: shorter and fewer runs, to try it out; the numbers of docs/ are those without it\n\n");
+    }
     const ry_status status = benches[options->bench].run(&run, error);
     if (status != RY_OK) {
         ry_table_file_discard(run.file);

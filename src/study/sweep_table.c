@@ -86,7 +86,6 @@ static void release(columns *t, int n_axes)
     free(t->word);
 }
 
-/* What was varied, and theta, as the case's scene resolves them; NAN if that scene is refused. */
 /* What the sweep says of a case that its scene refuses. */
 static void fill_asked(const ry_sweep_run *run, columns *t, int k)
 {
@@ -104,6 +103,7 @@ static void fill_asked(const ry_sweep_run *run, columns *t, int k)
     }
 }
 
+/* What was varied, and theta, as the case's scene resolves them. */
 static void fill_inputs(const ry_sweep_run *run, columns *t, int k)
 {
     ry_config config;
