@@ -85,6 +85,28 @@ class Corners(unittest.TestCase):
         with h5py.File(self.folder / "o.h5") as file:
             self.assertAlmostEqual(file["observables/bed_level/value"][0] / 0.5e-3, 11.0, delta=1.0)
 
+    def test_falling_cloud(self):
+        """Grains that fall through still water are hindered by those around them, not by those that were there."""
+        d, length, rows, columns = 0.5e-3, 8e-3, 20, 10
+        r = np.random.default_rng(1)
+        x = (np.arange(columns) + 0.5) * 0.8e-3 + r.uniform(-0.1, 0.1, (rows, columns)) * d
+        z = 0.05 + np.arange(rows)[:, None] * 0.8e-3 + r.uniform(-0.1, 0.1, (rows, columns)) * d
+        np.savetxt(self.folder / "g.csv", np.c_[x.ravel(), z.ravel()], delimiter=",", header="x,z", comments="")
+        scene = self.scene("time: {step: 20 us, end: 0.3 s}\ndomain: {length: 8 mm, periodic: true, floor: flat, "
+                           "gravity: 9.81}\nfluid: {model: balance, shields: 0, hindrance: 3.1}\noutput: {fields: "
+                           "[position, velocity], interval: 50 ms}\nparticles: [{file: g.csv, diameter: 0.5 mm}]\n")
+        with self.run_program(scene) as file:
+            grains = file["particles/grains"]
+            z, speed = grains["position/value"][-1][:, 1], -grains["velocity/value"][-1][:, 1].mean()
+        below = np.clip(z[:, None] + np.array([d, -d])[:, None, None] / 2 - z + d / 2, 0.0, d)
+        volume = (np.pi * below ** 2 * (1.5 * d - below) / 3.0).sum(axis=2)
+        phi = (volume[0] - volume[1]) / (length * d * d)
+        weight, steady = 1650.0 * 9.81 * np.pi / 6.0 * d ** 3, np.linspace(1e-4, 0.2, 2000)[:, None]
+        drag = np.pi / 8.0 * 1000.0 * d ** 2 * steady * (np.sqrt(0.4 * steady) + np.sqrt(24e-6 / d)) ** 2
+        expected = steady[np.argmin(np.abs(drag * (1.0 - phi) ** -3.1 - weight), axis=0), 0].mean()
+        self.assertLess(expected, 0.6 * steady[np.argmin(np.abs(drag - weight)), 0])
+        np.testing.assert_allclose(speed, expected, rtol=0.1)  # they also meet; with the running mean it was 1.8 times
+
     def test_unequal_and_soft(self):
         """Soft beds of very unequal grains, of which some would be pressed through others, are refused."""
         words = ("-s", "grains.packing=square", "-s", "domain.floor=flat", "-s", "grains.spread=0.5", "-s", "time.end=0.2")

@@ -297,6 +297,178 @@ static void test_overlaps(void **state)
     assert_true(having > 1000 && having < 3000);
 }
 
+/* --- overlaps at the start ------------------------------------------------------------------------ */
+
+static double depth(const ry_disc *a, const ry_disc *b, double length)
+{
+    const double across = length > 0.0 ? remainder(a->x - b->x, length) : a->x - b->x;
+    return a->radius + b->radius - hypot(across, a->z - b->z);
+}
+
+static int overlap(const ry_disc *a, const ry_disc *b, double length)
+{
+    return !(a->fixed && b->fixed) && depth(a, b, length) > RY_MOST_OVERLAP * 2.0 * fmin(a->radius, b->radius);
+}
+
+/* Of clouds in which a pair or none overlaps: found is one that does, or none where there is none. */
+static void test_overlaps(void **state)
+{
+    (void)state;
+    enum { DISCS = 40 };
+    int having = 0;
+    for (int turn = 0; turn < 4000; turn++) {
+        ry_disc disc[DISCS];
+        const double length = turn % 2 ? 30.0 : 0.0;
+        const int between = turn % 3 ? 0 : DISCS / 2;
+        for (int k = 0; k < DISCS; k++) {
+            disc[k] = (ry_disc){evenly(0.0, 30.0), evenly(-15.0, 15.0), evenly(0.02, 0.4), k % 5 == 0};
+        }
+        disc[turn % DISCS].radius = 1.5;
+        int any = 0;
+        for (int k = 0; k < DISCS * DISCS; k++) {
+            const int a = k / DISCS, b = k % DISCS;
+            const int looked_at = a < b && (between == 0 || (a < between && b >= between));
+            any += looked_at && overlap(&disc[a], &disc[b], length);
+        }
+        ry_overlap found;
+        ry_error error = {0};
+        assert_int_equal(ry_overlap_find(disc, DISCS, between, length, &found, &error), RY_OK);
+        assert_int_equal(found.first >= 0, any > 0);
+        assert_true(any == 0 || fabs(found.depth - depth(&disc[found.first], &disc[found.second], length)) < 1e-12);
+        having += any > 0;
+    }
+    assert_true(having > 1000 && having < 3000);
+}
+
+/* --- overlaps at the start ------------------------------------------------------------------------ */
+
+static double depth(const ry_disc *a, const ry_disc *b, double length)
+{
+    const double across = length > 0.0 ? remainder(a->x - b->x, length) : a->x - b->x;
+    return a->radius + b->radius - hypot(across, a->z - b->z);
+}
+
+static int overlap(const ry_disc *a, const ry_disc *b, double length)
+{
+    return !(a->fixed && b->fixed) && depth(a, b, length) > RY_MOST_OVERLAP * 2.0 * fmin(a->radius, b->radius);
+}
+
+/* Of clouds in which a pair or none overlaps: found is one that does, or none where there is none. */
+static void test_overlaps(void **state)
+{
+    (void)state;
+    enum { DISCS = 40 };
+    int having = 0;
+    for (int turn = 0; turn < 4000; turn++) {
+        ry_disc disc[DISCS];
+        const double length = turn % 2 ? 30.0 : 0.0;
+        const int between = turn % 3 ? 0 : DISCS / 2;
+        for (int k = 0; k < DISCS; k++) {
+            disc[k] = (ry_disc){evenly(0.0, 30.0), evenly(-15.0, 15.0), evenly(0.02, 0.4), k % 5 == 0};
+        }
+        disc[turn % DISCS].radius = 1.5;
+        int any = 0;
+        for (int k = 0; k < DISCS * DISCS; k++) {
+            const int a = k / DISCS, b = k % DISCS;
+            const int looked_at = a < b && (between == 0 || (a < between && b >= between));
+            any += looked_at && overlap(&disc[a], &disc[b], length);
+        }
+        ry_overlap found;
+        ry_error error = {0};
+        assert_int_equal(ry_overlap_find(disc, DISCS, between, length, &found, &error), RY_OK);
+        assert_int_equal(found.first >= 0, any > 0);
+        assert_true(any == 0 || fabs(found.depth - depth(&disc[found.first], &disc[found.second], length)) < 1e-12);
+        having += any > 0;
+    }
+    assert_true(having > 1000 && having < 3000);
+}
+
+/* --- overlaps at the start ------------------------------------------------------------------------ */
+
+static double depth(const ry_disc *a, const ry_disc *b, double length)
+{
+    const double across = length > 0.0 ? remainder(a->x - b->x, length) : a->x - b->x;
+    return a->radius + b->radius - hypot(across, a->z - b->z);
+}
+
+static int overlap(const ry_disc *a, const ry_disc *b, double length)
+{
+    return !(a->fixed && b->fixed) && depth(a, b, length) > RY_MOST_OVERLAP * 2.0 * fmin(a->radius, b->radius);
+}
+
+/* Of clouds in which a pair or none overlaps: found is one that does, or none where there is none. */
+static void test_overlaps(void **state)
+{
+    (void)state;
+    enum { DISCS = 40 };
+    int having = 0;
+    for (int turn = 0; turn < 4000; turn++) {
+        ry_disc disc[DISCS];
+        const double length = turn % 2 ? 30.0 : 0.0;
+        const int between = turn % 3 ? 0 : DISCS / 2;
+        for (int k = 0; k < DISCS; k++) {
+            disc[k] = (ry_disc){evenly(0.0, 30.0), evenly(-15.0, 15.0), evenly(0.02, 0.4), k % 5 == 0};
+        }
+        disc[turn % DISCS].radius = 1.5;
+        int any = 0;
+        for (int k = 0; k < DISCS * DISCS; k++) {
+            const int a = k / DISCS, b = k % DISCS;
+            const int looked_at = a < b && (between == 0 || (a < between && b >= between));
+            any += looked_at && overlap(&disc[a], &disc[b], length);
+        }
+        ry_overlap found;
+        ry_error error = {0};
+        assert_int_equal(ry_overlap_find(disc, DISCS, between, length, &found, &error), RY_OK);
+        assert_int_equal(found.first >= 0, any > 0);
+        assert_true(any == 0 || fabs(found.depth - depth(&disc[found.first], &disc[found.second], length)) < 1e-12);
+        having += any > 0;
+    }
+    assert_true(having > 1000 && having < 3000);
+}
+
+/* --- overlaps at the start ------------------------------------------------------------------------ */
+
+static double depth(const ry_disc *a, const ry_disc *b, double length)
+{
+    const double across = length > 0.0 ? remainder(a->x - b->x, length) : a->x - b->x;
+    return a->radius + b->radius - hypot(across, a->z - b->z);
+}
+
+static int overlap(const ry_disc *a, const ry_disc *b, double length)
+{
+    return !(a->fixed && b->fixed) && depth(a, b, length) > RY_MOST_OVERLAP * 2.0 * fmin(a->radius, b->radius);
+}
+
+/* Of clouds in which a pair or none overlaps: found is one that does, or none where there is none. */
+static void test_overlaps(void **state)
+{
+    (void)state;
+    enum { DISCS = 40 };
+    int having = 0;
+    for (int turn = 0; turn < 4000; turn++) {
+        ry_disc disc[DISCS];
+        const double length = turn % 2 ? 30.0 : 0.0;
+        const int between = turn % 3 ? 0 : DISCS / 2;
+        for (int k = 0; k < DISCS; k++) {
+            disc[k] = (ry_disc){evenly(0.0, 30.0), evenly(-15.0, 15.0), evenly(0.02, 0.4), k % 5 == 0};
+        }
+        disc[turn % DISCS].radius = 1.5;
+        int any = 0;
+        for (int k = 0; k < DISCS * DISCS; k++) {
+            const int a = k / DISCS, b = k % DISCS;
+            const int looked_at = a < b && (between == 0 || (a < between && b >= between));
+            any += looked_at && overlap(&disc[a], &disc[b], length);
+        }
+        ry_overlap found;
+        ry_error error = {0};
+        assert_int_equal(ry_overlap_find(disc, DISCS, between, length, &found, &error), RY_OK);
+        assert_int_equal(found.first >= 0, any > 0);
+        assert_true(any == 0 || fabs(found.depth - depth(&disc[found.first], &disc[found.second], length)) < 1e-12);
+        having += any > 0;
+    }
+    assert_true(having > 1000 && having < 3000);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -304,6 +476,10 @@ int main(void)
         cmocka_unit_test(test_against_all_pairs),
         cmocka_unit_test(test_astray),
         cmocka_unit_test(test_many_astray),
+        cmocka_unit_test(test_overlaps),
+        cmocka_unit_test(test_overlaps),
+        cmocka_unit_test(test_overlaps),
+        cmocka_unit_test(test_overlaps),
         cmocka_unit_test(test_overlaps),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);

@@ -355,7 +355,7 @@ void ry_column_refresh(ry_flow *f, const ry_column *c, int32_t from, int32_t end
         mean_over_grain(f, c->gradient, from, end, f->work, f->gradient);
     }
     if (f->hindrance > 0.0) {
-        mean_over_grain(f, c->phi, from, end, f->work, f->hinder);
+        mean_over_grain(f, c->solid, from, end, f->work, f->hinder);
         hinder(f->hindrance, from, end, f->hinder);
     }
     if (f->walks) {

@@ -336,7 +336,8 @@ static void sum_grains(ry_flow *f, const ry_state *state, ry_motion *m, const ry
     }
 }
 
-/* Running mean over the time in which a grain near the bed goes a few diameters. */
+/* The column takes the running mean over the time in which a grain near the bed goes a few diameters; grains, which may
+ * fall through water at rest, are hindered by those of now. */
 static void average_phi(const ry_flow *f, ry_column *c, int64_t step)
 {
     const double *const volume = ry_column_sums(f, f->at_once, RY_SUM_VOLUME);
@@ -345,7 +346,8 @@ static void average_phi(const ry_flow *f, ry_column *c, int64_t step)
     const double weight = step < f->advance ? 1.0 : f->advance * f->dt * speed / (5.0 * f->d);
     const double part = weight < 1.0 ? weight : 1.0;
     for (int32_t k = 0; k < c->nz; k++) {
-        c->phi[k] += part * (volume[k] * per_cell - c->phi[k]);
+        c->solid[k] = volume[k] * per_cell;
+        c->phi[k] += part * (c->solid[k] - c->phi[k]);
     }
 }
 

@@ -86,6 +86,7 @@ typedef struct ry_contacts {
 #define RY_COLUMN_FIELDS(RY_COLUMN_FIELD)                                                        \
     RY_COLUMN_FIELD(u, "m/s", "velocity of the fluid")                                           \
     RY_COLUMN_FIELD(phi, "1", "solid fraction, running mean")                                    \
+    RY_COLUMN_FIELD(solid, "1", "solid fraction at the last advance: what hinders drag")         \
     RY_COLUMN_FIELD(gradient, "Pa/m", "d tau_f / dz as the grains feel it")                      \
     RY_COLUMN_FIELD(taken, "N/m^3", "what the last advance took from the fluid for the grains")
 
