@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from ryusa_result import Result, ResultError, output_path, parser, run, with_error
 
+MOST_NAMED = 8  # results in the legend
 CURVES = Path(__file__).resolve().with_name("relations.csv")
 CLASSIC = ["meyer-peter-muller", "wong-parker", "ashida-michiue", "engelund-fredsoe", "fernandez-luque-van-beek",
            "einstein"]
@@ -53,20 +54,30 @@ def draw_curves(axes, keys, picture):
                   label=label)
 
 
+def name_results(results):
+    """As short as tells them apart; one name for all where there are too many for a legend."""
+    if len(results) > MOST_NAMED:
+        return [f"{len(results)} results"] + [None] * (len(results) - 1)
+    stems = [result.stem for result in results]
+    return [stem if stems.count(stem) == 1 else f"{Path(result.path).parent.name}/{stem}"
+            for stem, result in zip(stems, results)]
+
+
 def draw_results(axes, results, floor, picture):
-    markers = "osD^v<>pP*"
+    markers, names = "osD^v<>pP*" if len(results) <= MOST_NAMED else "o", name_results(results)
     for k, result in enumerate(results):
         theta, flux = result.shields, result.flux
         mean, error = flux["q_star_mean"], flux.get("q_star_standard_error", 0.0)
         error = error if np.isfinite(error) else 0.0
         style = {"color": picture.ORANGE, "marker": markers[k % len(markers)], "ms": 6, "mec": "white", "mew": 0.6,
                  "ls": "none", "zorder": 5}
+        value = with_error(mean, error) if mean > floor else f"{mean:.2g}, below the scale"
+        label = f"{names[k]}: {value}" if len(results) <= MOST_NAMED else names[k]
         if mean > floor:
             axes.errorbar([theta], [mean], yerr=[[min(error, 0.999 * mean)], [error]], capsize=2.5, elinewidth=1.2,
-                          label=f"{result.stem}: {with_error(mean, error)}", **style)
+                          label=label, **style)
         else:
-            axes.plot([theta], [1.15 * floor], **{**style, "marker": "v"},
-                      label=f"{result.stem}: {mean:.2g}, below the scale")
+            axes.plot([theta], [1.15 * floor], **{**style, "marker": "v"}, label=label)
 
 
 def make(results, path, keys=None, points=None):
@@ -75,7 +86,7 @@ def make(results, path, keys=None, points=None):
     figure, axes = picture.plt.subplots(figsize=(7.0, 4.2), layout="constrained")
     thetas = np.array([result.shields for result in results] + ([] if points is None else list(points[:, 0])))
     means = np.array([result.flux["q_star_mean"] for result in results])
-    floor = min(1e-3, 0.3 * means[means > 1e-6].min(initial=np.inf))
+    floor = min(1e-3, 0.3 * means[means > 1e-4].min(initial=np.inf))
     axes.set_xscale("log")
     axes.set_yscale("log")
     draw_curves(axes, keys or CLASSIC, picture)

@@ -68,7 +68,7 @@ class Sweep:
         kinds = list(dict.fromkeys(rows))
         if len(kinds) > MOST_SERIES:
             return [("simulated", np.arange(len(rows)))]
-        shown = [", ".join(f"{key} {value if isinstance(value, str) else format(value, '.4g')}"
+        shown = [", ".join(f"{key} {value}" if isinstance(value, str) else f"{key} {value:.4g} {self.units[key]}".removesuffix(" 1")
                            for key, value in zip(others, kind)) or "simulated" for kind in kinds]
         return [(label, np.array([k for k, row in enumerate(rows) if row == kind])) for label, kind in zip(shown, kinds)]
 

@@ -140,7 +140,7 @@ typedef struct ry_derived {
     double stiffness_t;   /* k_t [N/m] */
     double step_ratio;    /* a = k dt^2 / m_r of an equal pair, wet inertia [1] */
     double zeta_pair;     /* eta/(2 sqrt(m_r k)) of an equal pair [1] */
-    double zeta_impact;   /* laws cundall and tanaka: damping ratio of every pair; NAN: the dashpot
+    double zeta_impact;   /* laws with the column ratio: damping ratio of every pair; NAN: the dashpot
                            * is `damping` (no restitution was given), or another law [1] */
     double restitution;   /* of a binary impact of an equal pair, exact for the law chosen [1] */
     double restitution_wall; /* the same against a wall or fixed grain [1] */

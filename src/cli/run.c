@@ -71,7 +71,7 @@ static const struct argp_option options[] = {
     {"output", 'o', "OUT.h5", 0,
      "result file (the name of the scene with .h5, in the current folder)", 0},
     {"set", 's', "KEY=VALUE", 0,
-     "replace a value of the scene, such as contact.friction=0.4; may be repeated", 0},
+     "replace a value of the scene, such as contact.friction=0.4; may be repeated, of one key the last counts", 0},
     {"threads", 'j', "N", 0, "number of threads (as many as pay); changes no bit of the result", 0},
     {"resume", 'r', NULL, 0, "go on from OUT.h5.part, or from OUT.h5 if time.end has grown", 0},
     {"force", 'f', NULL, 0, "replace an OUT.h5 that is there", 0},

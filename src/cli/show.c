@@ -26,7 +26,7 @@ static error_t parse(int key, char *text, struct argp_state *state)
 
 static const struct argp_option options[] = {
     {"set", 's', "KEY=VALUE", 0,
-     "replace a value of the scene, such as contact.friction=0.4; may be repeated", 0},
+     "replace a value of the scene, such as contact.friction=0.4; may be repeated, of one key the last counts", 0},
     {"parameters", 'P', NULL, 0, "instead of a scene: every key that a scene may have, in Markdown",
      0},
     {0},

@@ -55,7 +55,7 @@ static double tension_restitution(double zeta)
 
 /* What an impact really gives back. Only the laws with a dashpot miss the value asked for: where
  * alpha_cn rules, their damping ratio is that of eta for this partner; else `mapping` sets it. With
- * x = overlap^5/4 tanaka's equation of motion is that of the linear spring and dashpot, so the same
+ * x = overlap^5/4 the equation of motion of Hertz is that of the linear spring and dashpot, so the same
  * holds for it, but one damping ratio for all pairs. */
 static void derive_impact(const ry_config *config, double zeta_wall, ry_derived *out)
 {

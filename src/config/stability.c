@@ -28,6 +28,7 @@ static ry_status refuse(const ry_check *check, const char *rule, double value, d
     const ry_config *config = check->config;
     const char *law = ry_laws[config->contact_law].word;
     const double alpha_m = config->contact_alpha_m / factor * 1.001;
+    const int by_beta = config->contact_beta != 1.0;
     if (isnan(config->contact_stiffness) && alpha_m > ry_keys_row(RY_KEY_contact_alpha_m)->high) {
         return ry_check_fail(check, RY_KEY_contact_alpha_m,
                              "too few steps for a contact of law %s: %s = %.4g, the limit is %g; the lightest grain is "
@@ -37,8 +38,9 @@ static ry_status refuse(const ry_check *check, const char *rule, double value, d
     if (isnan(config->contact_stiffness)) {
         return ry_check_fail(check, RY_KEY_contact_alpha_m,
                              "too few steps for a contact of law %s: %s = %.4g, the limit is %g; "
-                             "allowed is contact.alpha_m of at least %.4g%s",
-                             law, rule, value, limit, alpha_m,
+                             "allowed is contact.alpha_m%s of at least %.4g%s",
+                             law, rule, value, limit, by_beta ? " x contact.beta" : "",
+                             by_beta ? alpha_m * config->contact_beta : alpha_m,
                              dashpot_rules(check) ? ", or less damping (contact.alpha_cn)" : "");
     }
     return ry_check_fail(

@@ -79,7 +79,7 @@ typedef struct ry_film {
     int damps;      /* the law takes a damping ratio, not a restitution */
     int usual;      /* its ratio follows from the loss by the usual formula, not the exact one */
     int pulls;      /* its dashpot pulls until the overlap ends */
-    double unit;    /* its zeta2 over the ratio: 2, of tanaka sqrt 5 */
+    double unit;    /* its zeta2 over the ratio: 2, of Hertz sqrt 5 */
     double many;    /* the step bears many x (a + 2c) < 4: 1, in a bed 3 */
     double per_mu;  /* 1/(6 pi mu) [m s/kg] */
 } ry_film;

@@ -61,7 +61,7 @@ typedef uint8_t ry_steps;
 /* Those with contact.wet only. */
 #define RY_WET_FIELDS(RY_CONTACT_FIELD)                                                         \
     RY_CONTACT_FIELD(double, wet, "1", "restitution that the fluid has left, of laws that take one; else what " \
-                     "it has made of the dashpot, twice the damping ratio (tanaka: sqrt 5 times)")
+                     "it has made of the dashpot, twice the damping ratio (Hertz: sqrt 5 times)")
 
 /* Those of two grains that sleep, with contact.sleep only; 0 for all others. */
 #define RY_FROZEN_FIELDS(RY_CONTACT_FIELD)                                                      \
