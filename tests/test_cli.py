@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
 """The program from outside: exit codes, what goes where, progress, signals, stop and resume."""
+import math
 import os
 import pty
 import re
@@ -227,6 +228,25 @@ class Cli(unittest.TestCase):
         linear, hertz = (float(re.search(r"static overlap +(\S+) d", says[law]).group(1)) for law in ("cundall", "tanaka"))
         self.assertAlmostEqual(hertz / linear ** (2 / 3), 1.0, delta=0.01)
         self.assertGreater(linear, 0.0)
+
+    def test_show_tells_what_is_used(self):
+        """The dashpot of a restitution is not that of alpha_cn; of parameters without use is said why."""
+        def show(*settings):
+            words = [word for s in ("contact.law=cundall", "domain.gravity=9.81", *settings) for word in ("-s", s)]
+            text = self.run_program("show", os.environ["SOURCE_DIR"] + "/params/flume.yaml", *words).stdout
+            eta, c, zeta = (float(re.search(rf"{name} +(\S+)", text).group(1)) for name in
+                            ("damping eta", "eta dt/m_r", "damping ratio zeta"))
+            return eta, c, zeta, text
+        eta, c, zeta, text = show("contact.restitution=0.5", "contact.alpha_cn=1.3")
+        self.assertEqual((eta, c, zeta), show("contact.restitution=0.5", "contact.alpha_cn=0.1")[:3])
+        self.assertAlmostEqual(zeta, math.log(2.0) / math.hypot(math.pi, math.log(2.0)), delta=1e-7)
+        a, k = (float(re.search(rf"{name} +(\S+)", text).group(1)) for name in (r"a = k dt\^2/m_r", "stiffness k"))
+        self.assertAlmostEqual(c / (2.0 * zeta * a ** 0.5), 1.0, delta=1e-6)
+        self.assertAlmostEqual(eta * a / (c * k * 2e-5), 1.0, delta=1e-6)  # m_r = k dt^2/a
+        self.assertIn("0.5 was asked for", text)
+        self.assertRegex(text, r"alpha_cn +1\.3 +\(not used: the damping is that of contact\.restitution\)")
+        self.assertRegex(text, r"roughness .*\(not used: of model log\)")
+        self.assertNotRegex(show("fluid.model=log")[3], r"roughness .*not used")
 
     def test_reader_that_leaves(self):
         r = subprocess.run(f"'{PROGRAM}' show scene.yaml | true; exit ${{PIPESTATUS[0]}}", cwd=self.folder,

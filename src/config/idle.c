@@ -42,6 +42,8 @@ static const char *idle_fluid(const ry_config *config, int key)
 
 const char *ry_keys_idle(const ry_config *config, int key)
 {
-    return key >= RY_KEY_fluid_model && key <= RY_KEY_fluid_eddy_time ? idle_fluid(config, key)
-                                                                       : idle_contact(config, key);
+    const int section = ry_keys_section(ry_keys_row(key)->section);
+    return section == ry_keys_section("contact") ? idle_contact(config, key)
+           : section == ry_keys_section("fluid") ? idle_fluid(config, key)
+                                                 : NULL;
 }
