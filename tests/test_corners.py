@@ -60,16 +60,15 @@ class Corners(unittest.TestCase):
         np.testing.assert_allclose(tau / tau_b, 1.0, atol=0.02)
 
     def test_on_the_way_up(self):
-        """Without a push q* leaves out the way up from rest and down from what it went too far. With it the second of these
-        was 15.1 +- 4.3."""
-        for seed in (2, 4):
+        """Without a push q* leaves out the way up from rest and down from what it went too far."""
+        for seed in (1, 2, 3):
             with self.run_program(ROOT / "params/flume.yaml", "-s", f"grains.seed={seed}", "-s", "grains.columns=40", "-s",
-                                  "grains.layers=12", "-s", "fluid.shields=2", "-s", "time.end=3", "-s",
+                                  "grains.layers=12", "-s", "fluid.shields=1.2", "-s", "time.end=3", "-s",
                                   "output.fields=[flux]", "--force") as file:
                 flux, q = file["observables/flux"].attrs, file["observables/q_star"]
                 late = q["value"][:][q["time"][:] > 1.2].mean()
                 self.assertGreater(flux["equilibration_time"], 0.6)
-                self.assertAlmostEqual(flux["shear_stress"], 2.0 * 1650.0 * 9.81 * flux["width"])
+                self.assertAlmostEqual(flux["shear_stress"], 1.2 * 1650.0 * 9.81 * flux["width"])
                 np.testing.assert_allclose(flux["q_star_mean"], late, rtol=0.06)
                 self.assertLess(flux["q_star_standard_error"], 0.06 * late)
 

@@ -72,8 +72,9 @@ static void directions(const ry_tune_run *run)
     for (int d = 0; d < j->n_axes; d++) {
         flat += v->flat[d];
     }
-    say(run, "\n  A constant is known as its 95 %% say. Of their combinations the data constrain %d of %d (eigenvectors of\n"
-             "  the Fisher information; rise: of the misfit within the bounds; below %.3g it is its noise: FLAT):\n",
+    say(run, "\n  A constant is known as its 95 %% say. Of their combinations the data constrain %d of %d\n"
+             "  (eigenvectors of the Fisher information; rise: of the misfit within the bounds; below %.3g it is\n"
+             "  within its noise, and the direction flat):\n",
         j->n_axes - flat, j->n_axes, v->threshold);
     say(run, "  information     rise    along\n");
     for (int d = 0; d < j->n_axes; d++) {
