@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # SPDX-FileCopyrightText: 2026 the ryusa authors
-"""The largest time step at which each program has its own q*, and how long LAMMPS must run: what the timed job of
-flux.py takes for granted. Not machine dependent, so it can be kept: jobs-calibrated.csv."""
+"""The largest time step at which each program has its own q*: what the timed job of flux.py takes for granted. Not
+machine dependent, so it can be kept: jobs-calibrated.csv."""
 import csv
 import sys
 from concurrent.futures import ThreadPoolExecutor
@@ -12,18 +12,16 @@ import known
 import numpy as np
 from programs import Failed
 
-COLUMNS = ("program", "theta", "bed", "parts", "q_star", "error", "needed")
+COLUMNS = ("program", "theta", "bed", "parts", "q_star", "error")
 
 
 def run_case(tools, states, case, core):
     """One run; its q* is NaN if it became unphysical."""
     name, theta, bed, parts, seconds = case
-    row = {"program": name, "theta": theta, "bed": bed, "parts": parts, "q_star": np.nan, "error": np.nan,
-           "needed": np.nan}
+    row = {"program": name, "theta": theta, "bed": bed, "parts": parts, "q_star": np.nan, "error": np.nan}
     try:
         if name == "LAMMPS":
             q = flux.lammps_series(tools.lammps, tools.folder, states[bed], theta, bed, parts, seconds, core=core)
-            row["needed"] = flux.needed(q) or np.nan
         else:
             q = flux.ryusa_series(tools.ryusa, name.split()[1], theta, bed, parts, seconds, core)
         row["q_star"], row["error"] = known.mean(q)
@@ -76,12 +74,16 @@ def ratios(rows, name, theta, parts):
     return np.array([q[parts, b] / np.mean([q[p, b] for p in small]) for b in beds])
 
 
-def scatter(rows, name, theta):
-    """Standard deviation of the q* of one run by chance: what the smallest steps differ by, bed by bed. The error that a
-    run gives for itself is less, at theta = 0.2 by far: beds change slowly there."""
-    small = sorted({r["parts"] for r in rows if r["program"] == name})[-REFERENCE:]
-    off = np.array([ratios(rows, name, theta, parts) - 1.0 for parts in small])
-    return np.sqrt((off ** 2).sum() / (off.size - off.shape[1]))
+def scatter(rows, theta):
+    """Standard deviation of the q* of one run by chance: what the smallest steps differ by, bed by bed, of all programs,
+    for they run the same beds. The error that a run gives for itself is less, at theta = 0.2 by far: beds change
+    slowly there."""
+    total, freedom = 0.0, 0
+    for name in {r["program"] for r in rows}:
+        small = sorted({r["parts"] for r in rows if r["program"] == name})[-REFERENCE:]
+        off = np.array([ratios(rows, name, theta, parts) - 1.0 for parts in small])
+        total, freedom = total + (off ** 2).sum(), freedom + off.size - off.shape[1]
+    return np.sqrt(total / freedom)
 
 
 def differences(rows, name):
@@ -91,7 +93,7 @@ def differences(rows, name):
     for theta in sorted({r["theta"] for r in rows}):
         for parts in ladder:
             of_beds = ratios(rows, name, theta, parts)
-            error = scatter(rows, name, theta) * np.sqrt((1.0 + 1.0 / REFERENCE) / len(of_beds))
+            error = scatter(rows, theta) * np.sqrt((1.0 + 1.0 / REFERENCE) / len(of_beds))
             table[parts].append((of_beds.mean() - 1.0, error))
     return table
 
@@ -118,11 +120,3 @@ def say(rows):
             print(f"  {name:14s} T/{parts:<5g} {cells}{mark}")
 
 
-def lengths(rows, beds):
-    """Seconds of flow that LAMMPS needs at its step: bed -> theta -> seconds."""
-    parts = choose(differences(rows, "LAMMPS"))
-    found = {int(b): {} for b in beds}
-    for r in rows:
-        if r["program"] == "LAMMPS" and r["parts"] == parts and int(r["bed"]) in found:
-            found[int(r["bed"])][r["theta"]] = r["needed"]
-    return found

@@ -48,17 +48,6 @@ def q_of(series_file):
         return q[t > SETTLE]
 
 
-def needed(q):
-    """Seconds of flow until q* is known well enough; None: it never is."""
-    per_look, look = round(LOOK / SAMPLE), round(AFTER / LOOK)
-    while look * per_look <= len(q):
-        mean, error, number = known.statistics(q[:look * per_look])
-        if mean > 0.0 and number >= known.ENOUGH and error < STATISTICAL * mean:
-            return look * LOOK
-        look += look // 5 + 1
-    return None
-
-
 # --- ryusa ----------------------------------------------------------------------------------------
 
 

@@ -88,8 +88,8 @@ def reference_of(rows, name, bed):
                                    and r["parts"] in small) for theta in flux.LEVEL}
 
 
-def ryusa_rows(arguments, rows, parts):
-    """The job with each law, and with the default fluid as information."""
+def ryusa_rows(arguments, rows, parts, lengths):
+    """The job with each law, and with the default fluid as information. How long each bed has flowed goes to `lengths`."""
     kinds = [(name, name.split()[1], parts[name], "log") for name in parts if name != "LAMMPS"]
     if not arguments.quick:
         kinds.append(("ryusa balance", "energy", parts["ryusa energy"], "balance"))
@@ -99,44 +99,30 @@ def ryusa_rows(arguments, rows, parts):
             row = Row("flux", name, cores, step)
             for bed in arguments.beds[:1] if model == "balance" else arguments.beds:
                 found = timed(row, lambda: flux.ryusa_job(arguments.ryusa, law, bed, step, cores, model))
+                if model == "log":
+                    lengths[bed] = {theta: lengths[bed].get(theta, []) + [seconds] for theta, (_, seconds) in found.items()}
                 keep(row, found, reference_of(rows, name, bed) if model == "log" else None)
             out.append(row)
     return out
 
 
-def lammps_rows(arguments, rows, parts, beds):
-    needed = calibrate.lengths(rows, arguments.beds)
+def lammps_rows(arguments, rows, parts, beds, lengths):
+    """LAMMPS flows as long as ryusa's runs in the mean: when q* first seems to be known is chance."""
     kinds = [("LAMMPS", 1, "1", False)]
     if 2 in arguments.cores:
         kinds += [("LAMMPS, a case a core", 2, "2 serial", False), ("LAMMPS, MPI", 2, "2 MPI", False)]
     if not arguments.quick:
         kinds.append(("LAMMPS, drag on all", 1, "1", True))
+    mean = {bed: {theta: statistics.mean(seconds) for theta, seconds in lengths[bed].items()} for bed in lengths}
     out = []
     for name, cores, way, everywhere in kinds:
         row = Row("flux", name, cores, parts["LAMMPS"])
         for bed in arguments.beds:
-            lengths = {theta: longest(arguments, beds, bed, theta, parts["LAMMPS"], seconds)
-                       for theta, seconds in needed[bed].items()}
             found = timed(row, lambda: flux.lammps_job(arguments.lammps, arguments.folder, beds[bed], bed,
-                                                       parts["LAMMPS"], lengths, way, everywhere))
+                                                       parts["LAMMPS"], mean[bed], way, everywhere))
             keep(row, found, None if everywhere else reference_of(rows, "LAMMPS", bed))
         out.append(row)
     return out
-
-
-KNOWN = {}
-
-
-def longest(arguments, beds, bed, theta, parts, seconds):
-    """Seconds of flow; where the calibration was too short to tell, longer runs do. They are not timed."""
-    trial = 8.0
-    while not seconds > 0.0 and (bed, theta) not in KNOWN and trial < 100.0:
-        KNOWN[bed, theta] = flux.needed(flux.lammps_series(arguments.lammps, arguments.folder, beds[bed], theta, bed,
-                                                           parts, trial))
-        if KNOWN[bed, theta] is None:
-            del KNOWN[bed, theta]
-        trial *= 2.0
-    return seconds if seconds > 0.0 else KNOWN[bed, theta]
 
 
 def flux_job(arguments):
@@ -150,7 +136,8 @@ def flux_job(arguments):
     calibrate.say(rows)
     parts = {name: calibrate.choose(calibrate.differences(rows, name)) for name in flux.LADDER}
     print(file=sys.stderr)
-    return ryusa_rows(arguments, rows, parts) + lammps_rows(arguments, rows, parts, beds)
+    lengths = {bed: {} for bed in arguments.beds}
+    return ryusa_rows(arguments, rows, parts, lengths) + lammps_rows(arguments, rows, parts, beds, lengths)
 
 
 # --- restitution ----------------------------------------------------------------------------------
@@ -202,15 +189,16 @@ def restitution_job(arguments):
 def say(rows):
     """Ratios to ryusa's fastest row of the same job and cores."""
     print(f"\n{'job':22s} {'program':22s} {'cores':>5s} {'step':>7s} {'wall/s':>8s} {'cpu/s':>8s} {'loop/s':>8s} "
-          f"{'flow/s':>7s} {'wall':>6s} {'cpu':>6s} {'loop':>6s} times ryusa's")
+          f"{'flow/s':>7s} {'wall':>6s} {'cpu':>6s} {'loop':>6s} {'a second of flow':>17s} times ryusa's")
     table = [r.numbers() for r in rows]
     for r in table:
         own = [o for o in table if (o["job"], o["cores"]) == (r["job"], r["cores"])
                and o["program"].startswith("ryusa") and o["program"] != "ryusa balance"]
         best = min(own, key=lambda o: float(o["cpu"]), default=r)
         ratio = [float(r[k]) / float(best[k]) for k in ("wall", "cpu", "loop")]
+        ratio.append(ratio[0] / (float(r["flow"]) / float(best["flow"])))
         print(f"{r['job']:22s} {r['program']:22s} {r['cores']:5d} {'T/' + r['parts']:>7s} {r['wall']:>8s} {r['cpu']:>8s} "
-              f"{r['loop']:>8s} {r['flow']:>7s} {ratio[0]:6.1f} {ratio[1]:6.1f} {ratio[2]:6.1f}  {r['result']}")
+              f"{r['loop']:>8s} {r['flow']:>7s} {ratio[0]:6.1f} {ratio[1]:6.1f} {ratio[2]:6.1f} {ratio[3]:17.1f}  {r['result']}")
 
 
 def write_csv(path, rows):
@@ -231,7 +219,7 @@ def parse():
     parser.add_argument("--cores", type=int, nargs="+", default=[1, 2])
     parser.add_argument("--quick", action="store_true", help="one bed, fewer impacts")
     parser.add_argument("--calibrated", default=str(HERE / "jobs-calibrated.csv"),
-                        help="time steps and run lengths of q*, measured before")
+                        help="q* at each time step, measured before")
     parser.add_argument("--calibrate", type=float, metavar="SECONDS",
                         help="measure them anew, with so much flow for each case (4: half an hour), and write that file")
     arguments = parser.parse_args()

@@ -5,7 +5,7 @@ Autocorrelation by FFT, Geyer's window, Wolff's correction, the cut that leaves 
 such a choice feigns."""
 import numpy as np
 
-CANDIDATES, FEWEST, SELECTION, ENOUGH = 80, 8, 12.0, 20.0
+CANDIDATES, FEWEST, SELECTION = 80, 8, 12.0
 
 
 def autocorrelation_time(x):
