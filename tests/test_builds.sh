@@ -98,7 +98,7 @@ build plain -DRY_TESTS=OFF -DCMAKE_BUILD_TYPE=Debug -DRY_OPENMP=OFF -DCMAKE_C_FL
 compare plain
 build native -DRY_TESTS=OFF -DRY_NATIVE=ON
 compare native
-build checked -DRY_TESTS=ON -DCMAKE_BUILD_TYPE=Debug -DRY_SANITIZE=address
+build checked -DRY_TESTS=ON -DCMAKE_BUILD_TYPE=Debug -DCMAKE_C_FLAGS=-O1 -DRY_SANITIZE=address
 compare checked
 if ! ctest --test-dir "$folder/checked" --no-tests=error --output-on-failure --parallel 2 -L '^c$' -LE slow \
     >"$folder/checked.tests" 2>&1; then
